@@ -1,0 +1,102 @@
+"""The kernel of RBS: coordinate systems, geometries, parts, relations and the analysis that runs them.
+
+It knows no peridynamics: constitutive models, integrators, boundary domains and exporters are plugins.
+"""
+
+import os as _os
+
+# Waiting threads must sleep, not spin: with spinning a busy machine slows every parallel loop by milliseconds.
+_os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+
+from rbs_core.analysis import Analysis
+from rbs_core.checkpoint import Checkpoint
+from rbs_core.errors import (
+    BadCheckpoint,
+    BadInput,
+    BadLaw,
+    DishonestRelation,
+    FieldClash,
+    MissingField,
+    NotFinite,
+    RBSError,
+    UndeclaredField,
+    UnstableStep,
+)
+from rbs_core.fields import Field, intact, reference_position, volume
+from rbs_core.geometry import (
+    Ball,
+    Box,
+    Everywhere,
+    Geometry,
+    HalfSpace,
+    Nowhere,
+    Point,
+    Polygon,
+    Segment,
+    Surface,
+    Where,
+)
+from rbs_core.hookspecs import hookimpl
+from rbs_core.part import Bonds, Neighborhood, Node, Part
+from rbs_core.plugins import registry
+from rbs_core.relation import Boundary, Constitutive, Exporter, Integrator, Measure, Relation
+from rbs_core.report import Report
+from rbs_core.space import CoordinateSystem, convert, world
+from rbs_core.trigger import Clock, Trigger, always, at, between, every, last, once, realtime
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Analysis",
+    "BadCheckpoint",
+    "BadInput",
+    "BadLaw",
+    "Ball",
+    "Bonds",
+    "Boundary",
+    "Box",
+    "Checkpoint",
+    "Clock",
+    "Constitutive",
+    "CoordinateSystem",
+    "DishonestRelation",
+    "Everywhere",
+    "Exporter",
+    "Field",
+    "FieldClash",
+    "Geometry",
+    "HalfSpace",
+    "Integrator",
+    "Measure",
+    "MissingField",
+    "Neighborhood",
+    "Node",
+    "NotFinite",
+    "Nowhere",
+    "Part",
+    "Point",
+    "Polygon",
+    "RBSError",
+    "Relation",
+    "Report",
+    "Segment",
+    "Surface",
+    "Trigger",
+    "UndeclaredField",
+    "UnstableStep",
+    "Where",
+    "always",
+    "at",
+    "between",
+    "convert",
+    "every",
+    "hookimpl",
+    "intact",
+    "last",
+    "once",
+    "realtime",
+    "reference_position",
+    "registry",
+    "volume",
+    "world",
+]

@@ -1,0 +1,345 @@
+"""Analysis: the one object that runs a scene, relation after relation, step after step."""
+
+from __future__ import annotations
+
+import math
+import signal
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+from typing import Any, ClassVar
+
+import numpy as np
+
+from rbs_core import checkpoint
+from rbs_core.contract import Plan, plan
+from rbs_core.errors import BadInput, DishonestRelation, NotFinite, UnstableStep
+from rbs_core.honesty import Watch
+from rbs_core.part import Part
+from rbs_core.plugins import registry
+from rbs_core.relation import Relation
+from rbs_core.report import Progress, Report, Row
+from rbs_core.trigger import Clock
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The stable time step, s, and the node that sets it."""
+
+    dt: float
+    part: Part
+    node: int
+
+
+class Analysis:
+    """A scene: relations in the order in which a step executes them.
+
+    Args:
+        relations: the list; `append` adds to it.
+        dt: time step, s; the default of `run`.
+        steps: total number of steps; the default of `run`.
+        until: simulated time to reach, s; the default of `run`.
+        title: what the progress line shows.
+
+    `Analysis.current()` is the one scene of a script; `with Analysis() as other:` makes another one current for a
+    block, so that tests and notebooks do not leak.
+    """
+
+    _stack: ClassVar[list[Analysis]] = []
+
+    def __init__(
+        self,
+        relations: Sequence[Relation] = (),
+        *,
+        dt: float | None = None,
+        steps: int | None = None,
+        until: float | None = None,
+        title: str = "rbs",
+    ) -> None:
+        self.relations = list(relations)
+        self.dt, self.steps, self.until, self.title = dt, steps, until, title
+        self.clock = Clock(dt=math.nan)
+        self.plan = Plan()
+        self.report: Report | None = None
+        self._interrupted = False
+
+    @classmethod
+    def current(cls) -> Analysis:
+        """The analysis of this script."""
+        if not cls._stack:
+            cls._stack.append(cls())
+        return cls._stack[-1]
+
+    def __enter__(self) -> Analysis:
+        Analysis._stack.append(self)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        Analysis._stack.remove(self)
+
+    @property
+    def relations(self) -> list[Relation]:
+        """What a step does, in order; the same relation may stand in several places."""
+        return self._relations
+
+    @relations.setter
+    def relations(self, relations: Sequence[Relation]) -> None:
+        for position, relation in enumerate(relations):
+            if not isinstance(relation, Relation):
+                raise BadInput(f"relation {position} is {relation!r}, which is no Relation: list relation objects")
+        self._relations = list(relations)
+
+    def append(self, *relations: Relation) -> None:
+        """Adds relations at the end of the list."""
+        self.relations = [*self._relations, *relations]
+
+    @property
+    def parts(self) -> list[Part]:
+        """The parts that the relations speak of, in order of first mention."""
+        return list(dict.fromkeys(relation.part for relation in self._relations))
+
+    @property
+    def unique(self) -> list[Relation]:
+        """The relations, each once."""
+        return list(dict.fromkeys(self._relations))
+
+    # -- before the first step --------------------------------------------------------------------------------------
+
+    def prepare(self, *, debug: bool = False) -> Plan:
+        """Checks contracts, allocates what they declare, compiles: everything that can fail fails here.
+
+        Raises:
+            MissingField, FieldClash, BadLaw, BadInput: see there; nothing has been computed or written then.
+        """
+        names = [part.name for part in self.parts]
+        for name in names:
+            if names.count(name) > 1:
+                raise BadInput(f"two parts are called '{name}': give each its own name")
+        self.plan = plan(self._relations, registry().providers)
+        for part, field in self.plan.fields:
+            part.store(field.at).allocate(field)
+        for relation in self.unique:
+            offered = frozenset(f for p, f in self.plan.offered if p is relation.part)
+            changed = frozenset(f for p, f in self.plan.changed if p is relation.part)
+            relation.join(offered & frozenset(relation.offers), changed, debug)
+            if isinstance(relation, checkpoint.Checkpoint):
+                relation.bind(self)
+        for relation in self.unique:
+            relation.attach()
+        return self.plan
+
+    def stable_dt(self) -> float:
+        """Largest stable time step of the scene, s: 2 / (largest angular frequency), over all parts and nodes.
+
+        Raises:
+            BadInput: if no relation has a say.
+        """
+        self.prepare()
+        limit = self._stable()
+        if limit is None:
+            raise BadInput("no relation of this scene knows a stable time step (is a density missing?): give dt")
+        return limit.dt
+
+    def _stable(self) -> Limit | None:
+        limits = []
+        for part in self.parts:
+            bounds = [r.squared_frequency() for r in self.unique if r.part is part]
+            known = [bound for bound in bounds if bound is not None]
+            total = sum(known[1:], known[0]) if known else np.zeros(1)
+            if total.max() > 0:
+                limits.append(Limit(2.0 / math.sqrt(total.max()), part, int(total.argmax())))
+        return min(limits, key=lambda limit: limit.dt, default=None)
+
+    # -- running ----------------------------------------------------------------------------------------------------
+
+    def run(
+        self,
+        *,
+        steps: int | None = None,
+        until: float | None = None,
+        dt: float | None = None,
+        resume: str | Path | None = None,
+        force_dt: bool = False,
+        progress: bool | None = None,
+        debug: bool = False,
+    ) -> Report:
+        """Runs the scene.
+
+        Args:
+            steps: total number of steps; those done before (resumed, or by an earlier `run`) count.
+            until: simulated time to reach, s. With both, the earlier end counts.
+            dt: time step, s; 0.8 times the stable one if neither this nor the analysis gives it.
+            resume: a checkpoint; the run continues from it if the file exists.
+            force_dt: take a dt above the stable one all the same.
+            progress: False for silence.
+            debug: check in every step that relations do what their contracts say (slow).
+
+        Returns:
+            Where the time went, and why the run stopped; Ctrl-C finishes the step, writes the checkpoint and returns.
+
+        Raises:
+            UnstableStep: if dt is above the stable one.
+            BadCheckpoint: if the checkpoint belongs to another scene.
+            NotFinite: if NaN or infinity appears; names step, relation, node and position.
+            DishonestRelation: with debug, if a relation breaks its contract.
+        """
+        begin = time.perf_counter()
+        self.prepare(debug=debug)
+        dt = self._time_step(self.dt if dt is None else dt, force_dt)
+        last = self._last_step(steps, until, dt)
+        if resume is not None:
+            checkpoint.load(resume, self, dt)
+        self.clock.dt, self.clock.last_step = dt, last
+        rows = [Row(relation.label) for relation in self._relations]
+        report = self.report = Report(rows, nbytes=sum(part.nbytes for part in self.parts))
+        report.prepare_seconds = time.perf_counter() - begin
+        hooks = registry().manager.hook
+        hooks.rbs_analysis_started(analysis=self)
+        if self.clock.step == 0:
+            self._first_sums()
+        first, self._interrupted = self.clock.step, False
+        begin = time.perf_counter()
+        try:
+            with self._politely(), Progress(self.title, first, last, progress) as bar:
+                watch = Watch(self._relations) if debug else None
+                while self.clock.step < last and not self._interrupted:
+                    self._step(rows, watch)
+                    bar.show(self.clock.step, last)
+                if self._interrupted:
+                    report.stopped = "interrupted"
+                    self._save_now()
+        except BaseException:
+            report.stopped = "failed"
+            raise
+        finally:
+            report.seconds = time.perf_counter() - begin
+            report.step, report.time = self.clock.step, self.clock.time
+            report.steps = self.clock.step - first
+            for relation in self.unique:
+                relation.close()
+            hooks.rbs_analysis_finished(analysis=self, report=report)
+        return report
+
+    def _first_sums(self) -> None:
+        """Makes sums that a step takes over from the step before, once for the initial state (the initial forces)."""
+        sums = {(p, f) for p, f in self.plan.carried if any(f in r.adds and r.part is p for r in self.unique)}
+        for part, field in sums:
+            part.store(field.at).get(field)[...] = 0
+        for position, relation in enumerate(self._relations):
+            if any((relation.part, field) in sums for field in relation.adds) and relation.when(self.clock):
+                self._apply(position, relation)
+
+    def _step(self, rows: list[Row], watch: Watch | None) -> None:
+        clock = self.clock
+        clock.advance()
+        for position, relation in enumerate(self._relations):
+            for part, field in self.plan.clear.get(position, ()):
+                part.store(field.at).get(field)[...] = 0
+            if not relation.when(clock):
+                continue
+            start = time.perf_counter()
+            self._apply(position, relation, watch)
+            row = rows[position]
+            row.seconds += time.perf_counter() - start
+            row.calls += 1
+            row.items += relation.items()
+
+    def _apply(self, position: int, relation: Relation, watch: Watch | None = None) -> None:
+        clock = self.clock
+        try:
+            if watch is not None:
+                watch.before(relation)
+            if relation.role == "exporter":
+                _check_finite(relation)
+            relation.apply(clock)
+            if watch is not None:
+                watch.after(relation)
+        except (NotFinite, DishonestRelation) as error:
+            where = f"step {clock.step} (time {clock.time:.6g} s), relation {position} ({relation.label})"
+            raise type(error)(f"{where}: {error}") from None
+
+    def _time_step(self, dt: float | None, force: bool) -> float:
+        limit = None if force and dt is not None else self._stable()
+        if dt is None:
+            if limit is None:
+                raise BadInput("no relation of this scene knows a stable time step (is a density missing?): give dt")
+            dt = self.clock.dt if self.clock.step else 0.8 * limit.dt
+        if not (math.isfinite(dt) and dt > 0):
+            raise BadInput(f"dt={dt} must be positive and finite")
+        if self.clock.step and dt != self.clock.dt:
+            raise BadInput(f"this analysis has run {self.clock.step} steps of dt={self.clock.dt!r}: dt cannot change")
+        if limit is not None and dt > limit.dt and not force:
+            where = limit.part.positions[limit.node].tolist()
+            raise UnstableStep(
+                f"dt={dt:.6g} s is above the stable step {limit.dt:.6g} s, which node {limit.node} of part "
+                f"'{limit.part.name}' at {where} sets: the run would explode. Take dt={0.8 * limit.dt:.3g} (or leave "
+                "it out), or force_dt=True if you know better"
+            )
+        return float(dt)
+
+    def _last_step(self, steps: int | None, until: float | None, dt: float) -> int:
+        if steps is None and until is None:
+            steps, until = self.steps, self.until
+        ends = []
+        if steps is not None:
+            if steps != int(steps) or steps < 0:
+                raise BadInput(f"steps={steps} must be a whole number, not negative")
+            ends.append(int(steps))
+        if until is not None:
+            if not (math.isfinite(until) and until >= 0):
+                raise BadInput(f"until={until} must be a time in s, not negative")
+            ends.append(math.ceil(until / dt * (1 - 1e-12)))
+        if not ends:
+            raise BadInput("say how long to run: steps=... or until=...")
+        return min(ends)
+
+    def _save_now(self) -> None:
+        for relation in self.unique:
+            if isinstance(relation, checkpoint.Checkpoint):
+                relation.apply(self.clock)
+
+    @contextmanager
+    def _politely(self) -> Iterator[None]:
+        """Lets the first Ctrl-C end the run after the step; a second one breaks it off."""
+
+        def interrupt(_number: int, _frame: FrameType | None) -> None:
+            if self._interrupted:
+                raise KeyboardInterrupt
+            self._interrupted = True
+
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        previous: Any = signal.signal(signal.SIGINT, interrupt)
+        try:
+            yield
+        finally:
+            signal.signal(signal.SIGINT, previous)
+
+    def __repr__(self) -> str:
+        lines = [f"<Analysis, {len(self._relations)} relations, step {self.clock.step}>"]
+        lines += [f"  {number} {relation!r}" for number, relation in enumerate(self._relations)]
+        return "\n".join(lines)
+
+
+def _check_finite(relation: Relation) -> None:
+    """What goes into a file must be finite, so that the last good frame stays the last one written."""
+    for field in relation.reads:
+        array = relation.part.store(field.at).get(field)
+        if array.dtype.kind == "f" and not np.isfinite(array).all():
+            raise not_finite(relation.part, field.name, array)
+
+
+def not_finite(part: Part, name: str, array: Any) -> NotFinite:
+    """The error that names the first entry which is not finite."""
+    index = np.argwhere(~np.isfinite(array))[0]
+    node = int(index[0]) if len(index) else None
+    where = "" if node is None or len(array) != len(part) else f" of node {node} at {part.positions[node].tolist()}"
+    return NotFinite(
+        f"'{name}'{where} in part '{part.name}' is {array[tuple(index)]}: look at the loads and the time step "
+        "there; files written so far are good"
+    )

@@ -1,0 +1,155 @@
+"""Who is within the horizon: compressed rows of neighbors, from lattice offsets or from a cell list.
+
+Both count first and then fill, in parallel, every row in ascending order: the result does not depend on the number of
+threads. The horizon is widened by one part in 1e9, so that on a grid with horizon = m * spacing the nodes exactly on
+the horizon belong to the family in every direction alike.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+TOLERANCE = 1e-9
+
+
+def lattice_rows(
+    cells: NDArray[np.int64], shape: tuple[int, ...], spacing: float, horizon: float
+) -> tuple[NDArray[np.int64], NDArray[np.uint32], NDArray[np.float64]]:
+    """Families of nodes on a regular grid.
+
+    Args:
+        cells: (n,) ascending linear cell indices (x fastest) of the nodes.
+        shape: cells per axis.
+        spacing: of the grid, m.
+        horizon: radius of a family, m.
+
+    Returns:
+        offsets (n+1,), neighbors (m,), inverse reference lengths (m,) in 1/m.
+    """
+    reach = int(horizon / spacing * (1 + TOLERANCE))
+    axes = [np.arange(-reach, reach + 1) if axis < len(shape) else np.zeros(1, np.int64) for axis in range(3)]
+    dz, dy, dx = (a.ravel() for a in np.meshgrid(axes[2], axes[1], axes[0], indexing="ij"))
+    squared = dx * dx + dy * dy + dz * dz
+    near = (squared > 0) & (squared <= (horizon / spacing * (1 + TOLERANCE)) ** 2)
+    steps = np.stack([dx[near], dy[near], dz[near]], axis=1)
+    inverse = 1.0 / (spacing * np.sqrt(squared[near]))
+    nx, ny, nz = (*shape, 1, 1)[:3]
+    node_of = np.full(nx * ny * nz, -1, np.int64)
+    node_of[cells] = np.arange(len(cells))
+    counts = np.zeros(len(cells) + 1, np.int64)
+    _lattice_count(cells, node_of, nx, ny, nz, steps, counts)
+    offsets = np.cumsum(counts)
+    neighbors = np.empty(offsets[-1], np.uint32)
+    lengths = np.empty(offsets[-1], np.float64)
+    _lattice_fill(cells, node_of, nx, ny, nz, steps, inverse, offsets, neighbors, lengths)
+    return offsets, neighbors, lengths
+
+
+def cloud_rows(
+    points: NDArray[np.float64], horizon: float
+) -> tuple[NDArray[np.int64], NDArray[np.uint32], NDArray[np.float64]]:
+    """Families of any cloud of points (n, d); returns as `lattice_rows`."""
+    n = len(points)
+    padded = np.zeros((n, 3))
+    padded[:, : points.shape[1]] = points
+    low = padded.min(axis=0)
+    extent = padded.max(axis=0) - low
+    # cells as wide as the horizon, but never so many that the table outgrows the points
+    width = horizon * (1 + 2 * TOLERANCE)
+    while np.prod(np.floor(extent / width) + 1) > 4 * n + 64:
+        width *= 2
+    shape = np.floor(extent / width).astype(np.int64) + 1
+    place = np.minimum((padded - low) // width, shape - 1).astype(np.int64)
+    cell = place[:, 0] + shape[0] * (place[:, 1] + shape[1] * place[:, 2])
+    order = np.argsort(cell, kind="stable")
+    starts = np.searchsorted(cell[order], np.arange(np.prod(shape) + 1))
+    limit = (horizon * (1 + TOLERANCE)) ** 2
+    counts = np.zeros(n + 1, np.int64)
+    _cloud_count(padded, place, shape, order, starts, limit, counts)
+    offsets = np.cumsum(counts)
+    neighbors = np.empty(offsets[-1], np.uint32)
+    lengths = np.empty(offsets[-1], np.float64)
+    _cloud_fill(padded, place, shape, order, starts, limit, offsets, neighbors, lengths)
+    return offsets, neighbors, lengths
+
+
+@njit(parallel=True, cache=True)
+def _lattice_count(cells: Any, node_of: Any, nx: int, ny: int, nz: int, steps: Any, counts: Any) -> None:
+    for i in prange(cells.size):
+        cell = cells[i]
+        x, y, z = cell % nx, (cell // nx) % ny, cell // (nx * ny)
+        found = 0
+        for k in range(steps.shape[0]):
+            u, v, w = x + steps[k, 0], y + steps[k, 1], z + steps[k, 2]
+            if 0 <= u < nx and 0 <= v < ny and 0 <= w < nz and node_of[u + nx * (v + ny * w)] >= 0:
+                found += 1
+        counts[i + 1] = found
+
+
+@njit(parallel=True, cache=True)
+def _lattice_fill(
+    cells: Any, node_of: Any, nx: int, ny: int, nz: int, steps: Any, inverse: Any, offsets: Any, neighbors: Any, out: Any
+) -> None:
+    for i in prange(cells.size):
+        cell = cells[i]
+        x, y, z = cell % nx, (cell // nx) % ny, cell // (nx * ny)
+        slot = offsets[i]
+        for k in range(steps.shape[0]):
+            u, v, w = x + steps[k, 0], y + steps[k, 1], z + steps[k, 2]
+            if 0 <= u < nx and 0 <= v < ny and 0 <= w < nz:
+                j = node_of[u + nx * (v + ny * w)]
+                if j >= 0:
+                    neighbors[slot] = j
+                    out[slot] = inverse[k]
+                    slot += 1
+
+
+@njit(parallel=True, cache=True)
+def _cloud_count(
+    points: Any, place: Any, shape: Any, order: Any, starts: Any, limit: float, counts: Any
+) -> None:
+    for i in prange(points.shape[0]):
+        found = 0
+        for w in range(max(place[i, 2] - 1, 0), min(place[i, 2] + 2, shape[2])):
+            for v in range(max(place[i, 1] - 1, 0), min(place[i, 1] + 2, shape[1])):
+                first = shape[0] * (v + shape[1] * w)
+                low, high = max(place[i, 0] - 1, 0), min(place[i, 0] + 2, shape[0])
+                for q in range(starts[first + low], starts[first + high]):
+                    j = order[q]
+                    dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
+                    dz = points[j, 2] - points[i, 2]
+                    if j != i and dx * dx + dy * dy + dz * dz <= limit:
+                        found += 1
+        counts[i + 1] = found
+
+
+@njit(parallel=True, cache=True)
+def _cloud_fill(
+    points: Any, place: Any, shape: Any, order: Any, starts: Any, limit: float, offsets: Any, neighbors: Any, out: Any
+) -> None:
+    for i in prange(points.shape[0]):
+        begin = offsets[i]
+        slot = begin
+        for w in range(max(place[i, 2] - 1, 0), min(place[i, 2] + 2, shape[2])):
+            for v in range(max(place[i, 1] - 1, 0), min(place[i, 1] + 2, shape[1])):
+                first = shape[0] * (v + shape[1] * w)
+                low, high = max(place[i, 0] - 1, 0), min(place[i, 0] + 2, shape[0])
+                for q in range(starts[first + low], starts[first + high]):
+                    j = order[q]
+                    dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
+                    dz = points[j, 2] - points[i, 2]
+                    if j != i and dx * dx + dy * dy + dz * dz <= limit:
+                        neighbors[slot] = j
+                        slot += 1
+        row = neighbors[begin:slot]
+        row.sort()
+        for q in range(begin, slot):
+            j = neighbors[q]
+            dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
+            dz = points[j, 2] - points[i, 2]
+            out[q] = 1.0 / math.sqrt(dx * dx + dy * dy + dz * dz)

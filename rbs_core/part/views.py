@@ -1,0 +1,93 @@
+"""Node and Neighborhood: windows of two slots on the arrays of a part, for looking, set-ups and tests.
+
+Reading a field returns its entry, assigning writes into the array. Loops over many nodes belong in compiled loops.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rbs_core.errors import BadInput
+from rbs_core.fields import Field
+
+if TYPE_CHECKING:
+    from rbs_core.part.part import Part
+
+
+class Node:
+    """One node of a part: `node[displacement]`, `node.neighborhood`."""
+
+    __slots__ = ("index", "part")
+
+    def __init__(self, part: Part, index: int) -> None:
+        if not -len(part) <= index < len(part):
+            raise BadInput(f"part '{part.name}' has no node {index}: its nodes are 0 to {len(part) - 1}")
+        self.part = part
+        self.index = int(index) % len(part)
+
+    def __getitem__(self, field: Field) -> Any:
+        return self.part[field][self.index]
+
+    def __setitem__(self, field: Field, value: ArrayLike) -> None:
+        self.part[field][self.index] = value
+
+    @property
+    def neighborhood(self) -> Neighborhood:
+        """The bonds of this node."""
+        return Neighborhood(self.part, self.index)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Node) and self.part is other.part and self.index == other.index
+
+    def __hash__(self) -> int:
+        return hash((id(self.part), self.index))
+
+    def __repr__(self) -> str:
+        return f"<node {self.index} of part '{self.part.name}'>"
+
+
+class Neighborhood:
+    """The bonds of one node: iterates over the neighbors, each a Node that has a neighborhood itself."""
+
+    __slots__ = ("index", "part")
+
+    def __init__(self, part: Part, index: int) -> None:
+        self.part, self.index = part, index
+
+    @property
+    def neighbors(self) -> NDArray[Any]:
+        """Indices of the neighbors, ascending."""
+        return self.part.bonds.neighbors(self.index)
+
+    def __len__(self) -> int:
+        return len(self.neighbors)
+
+    def __iter__(self) -> Iterator[Node]:
+        return (Node(self.part, int(neighbor)) for neighbor in self.neighbors)
+
+    def __getitem__(self, field: Field) -> NDArray[Any]:
+        """Entries of a bond field for these bonds, or of a node field at the neighbors (a copy)."""
+        if field.at == "bond":
+            return np.asarray(self.part[field][self.part.bonds.family(self.index)])
+        return np.asarray(self.part[field][self.neighbors])
+
+    def __setitem__(self, field: Field, value: ArrayLike) -> None:
+        if field.at != "bond":
+            raise BadInput(f"'{field.name}' belongs to the nodes: assign through the node, not the neighborhood")
+        self.part[field][self.part.bonds.family(self.index)] = value
+
+    def reach(self, walks: int = 2) -> NDArray[np.int64]:
+        """Indices of all nodes that up to so many walks from neighbor to neighbor lead to, without this one."""
+        found = {self.index}
+        edge = {self.index}
+        for _ in range(walks):
+            edge = {int(j) for i in edge for j in self.part.bonds.neighbors(i)} - found
+            found |= edge
+        return np.array(sorted(found - {self.index}), dtype=np.int64)
+
+    def __repr__(self) -> str:
+        return f"<neighborhood of node {self.index} of part '{self.part.name}': {len(self)} neighbors>"

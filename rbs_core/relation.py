@@ -1,0 +1,204 @@
+"""Relation: feeds some fields of a part from others, when its trigger says so.
+
+The contract of a relation is data: tuples of fields under four words, from which the analysis derives what to
+allocate, clear, check and save (see `rbs_core.contract`):
+
+    reads    looked at
+    writes   every entry is set
+    updates  changed in place, or only some entries
+    adds     accumulated: several relations may add; cleared before the first of them in every step
+
+and a fifth, `offers`: updated as well, but only in scenes where some relation reads it.
+"""
+
+from __future__ import annotations
+
+import inspect
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rbs_core.errors import BadInput, UndeclaredField
+from rbs_core.fields import Field
+from rbs_core.part import Part
+from rbs_core.trigger import Clock, Trigger, always
+
+Fields = tuple[Field, ...]
+
+
+class Relation:
+    """Base of everything that happens in a step.
+
+    Args:
+        part: the part whose fields it feeds.
+        when: trigger; every step if not given.
+
+    A subclass declares its fields (class attributes, or instance attributes and properties where they depend on the
+    arguments), fetches arrays by `self[field]` in `attach`, and works in `apply`. `example` holds keyword arguments of
+    a typical instance: the conformance suite builds one from it.
+    """
+
+    role: ClassVar[str] = "relation"
+    example: ClassVar[dict[str, Any] | None] = None
+    reads: Fields = ()
+    writes: Fields = ()
+    updates: Fields = ()
+    adds: Fields = ()
+    offers: Fields = ()
+
+    _arguments: dict[str, Any]
+
+    def __new__(cls, *args: Any, **kwargs: Any) -> Relation:
+        """Remembers the arguments, for `repr` and for the fingerprint of a checkpoint."""
+        made = super().__new__(cls)
+        bound = inspect.signature(cls.__init__).bind(made, *args, **kwargs)
+        named = {}
+        for name, value in list(bound.arguments.items())[1:]:
+            kind = bound.signature.parameters[name].kind
+            named.update(value if kind is inspect.Parameter.VAR_KEYWORD else {name: value})
+        made._arguments = named
+        return made
+
+    def __init__(self, part: Part, *, when: Trigger = always) -> None:
+        if not isinstance(part, Part):
+            raise BadInput(f"{type(self).__name__}: the first argument must be a Part, got {part!r}")
+        if not isinstance(when, Trigger):
+            raise BadInput(f"{type(self).__name__}: when={when!r} must be a trigger such as every(25)")
+        self.part = part
+        self.when = when
+        self._offered: frozenset[Field] = frozenset()
+        self._changed: frozenset[Field] | None = None
+        self._strict = False
+
+    # -- what a subclass overrides ----------------------------------------------------------------------------------
+
+    def attach(self) -> None:
+        """Called once, after allocation and before the first step: fetch arrays, compile."""
+
+    def apply(self, clock: Clock) -> None:
+        """Called in every step in which the trigger says yes."""
+
+    def close(self) -> None:
+        """Called after the last step, an interruption or an error: close files."""
+
+    def state(self) -> dict[str, Any]:
+        """What the relation keeps beside fields and a checkpoint must hold: numbers, strings, arrays."""
+        return {}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Takes back what `state` gave; called after `attach` of a resumed run."""
+
+    def squared_frequency(self) -> NDArray[np.float64] | None:
+        """(n,) bound of the squared angular frequency that this relation gives each node, 1/s^2; None if it has no say.
+
+        The bounds of all relations of a part add up; an explicit step is stable up to 2 / sqrt(largest sum). Called
+        after `attach`.
+        """
+        return None
+
+    def items(self) -> int:
+        """Directed bonds visited in one call, for the table of times; 0 if it has no bonds."""
+        return 0
+
+    # -- what a subclass uses ---------------------------------------------------------------------------------------
+
+    def __getitem__(self, field: Field) -> NDArray[Any]:
+        """The array of a declared field of the part.
+
+        Raises:
+            UndeclaredField: if the contract does not name it, or names it as an offer that nobody took.
+        """
+        changed = {*self.writes, *self.updates, *self.adds, *self._offered}
+        if field not in changed and field not in self.reads:
+            raise UndeclaredField(
+                f"{self.label} fetches '{field.name}', which its contract does not name: add it to reads, writes, "
+                f"updates or adds of {type(self).__name__}"
+            )
+        array = self.part.store(field.at).allocate(field)
+        if self._strict and field not in changed:
+            array = array.view()
+            array.flags.writeable = False
+        return array
+
+    def constant(self, field: Field) -> float | None:
+        """The one value of a scalar field that is equal everywhere and that no relation of the scene changes, or None.
+
+        Loops take it as a number: nothing to load. Before the relation is part of a prepared scene it is None.
+        """
+        if self._changed is None or field in self._changed:
+            return None
+        array = self[field]
+        first = array.flat[0]
+        return float(first) if (array == first).all() else None
+
+    def wants(self, field: Field) -> bool:
+        """True if some relation of the scene reads this offer."""
+        return field in self._offered
+
+    # -- what the analysis uses -------------------------------------------------------------------------------------
+
+    def join(self, offered: frozenset[Field], changed: frozenset[Field], strict: bool) -> None:
+        """Called by the analysis when the contracts are known: taken offers, fields that change in the scene."""
+        self._offered, self._changed, self._strict = offered, changed, strict
+
+    @property
+    def label(self) -> str:
+        """Name in reports."""
+        return f"{type(self).__name__} '{self.part.name}'"
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The arguments that were given, without the part."""
+        return {name: value for name, value in self._arguments.items() if not isinstance(value, Part)}
+
+    def __repr__(self) -> str:
+        given = "".join(f", {name}={_short(value)}" for name, value in self.parameters.items())
+        return f"{type(self).__name__}({self.part.name}{given})"
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, np.ndarray) and value.size > 6:
+        return f"<array {value.shape}>"
+    if isinstance(value, Field):
+        return value.name
+    if isinstance(value, list | tuple):
+        inner = ", ".join(_short(item) for item in value)
+        return f"[{inner}]" if isinstance(value, list) else f"({inner})"
+    if isinstance(value, Relation):
+        return value.label
+    if callable(value) and hasattr(value, "__name__"):
+        return str(value.__name__)
+    return repr(value)
+
+
+class Constitutive(Relation):
+    """Forces from deformation."""
+
+    role = "constitutive"
+
+
+class Integrator(Relation):
+    """Motion from forces."""
+
+    role = "integrator"
+
+
+class Boundary(Relation):
+    """Prescribed motion and loads."""
+
+    role = "boundary"
+
+
+class Measure(Relation):
+    """Quantities derived from the state, e.g. damage or energies: nothing moves because of them."""
+
+    role = "measure"
+
+
+class Exporter(Relation):
+    """Writes files. The analysis checks that what it reads is finite before it writes."""
+
+    role = "exporter"
+
+

@@ -1,0 +1,151 @@
+"""BoundaryDomain: nodes whose motion is prescribed, or on which a load acts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rbs_core import BadInput, Boundary, Everywhere, Field, Part, Trigger, always
+from rbs_core.trigger import Clock
+from rbs_plugins.boundary.values import Component, Values
+from rbs_plugins.fields import density, displacement, external_work, force_density, velocity, volume
+
+KINDS = ("velocity", "displacement", "force", "body_force")
+
+
+class BoundaryDomain(Boundary):
+    """Prescribes motion or load on some nodes; exactly one of the four kinds.
+
+    Args:
+        part: the part.
+        region: geometry, mask (n,), indices, or function of the positions.
+        velocity: m/s. Stands between kick and drift; a function of time is taken at mid-step there (so the drift is of
+            second order), and at the end of the step where the domain is listed a second time.
+        displacement: m. Sets the velocity with which the drift of this step arrives there.
+        force: N, in total on the region, shared out by volume.
+        body_force: N/m^3.
+        when: trigger.
+
+    Each takes one entry per component: None (free), a number, an array with one number per node of the region (in
+    ascending order of nodes) or a function of (time) or (time, positions); or a function that returns all components.
+
+    Raises:
+        BadInput: on no or several kinds, a region without nodes, or values of a wrong shape or not finite.
+
+    Its work on the part is offered as `external_work`. For a motion it is the impulse that turns the kicked velocity
+    into the prescribed one, times the mean of the prescribed velocity before and after (which makes the energy balance
+    of velocity Verlet close to second order); for a load the trapezoidal rule along the path.
+    """
+
+    example = {"region": Everywhere(), "velocity": lambda time, positions: 0.0 * positions}
+
+    def __init__(
+        self,
+        part: Part,
+        region: Any,
+        *,
+        velocity: Any = None,
+        displacement: Any = None,
+        force: Any = None,
+        body_force: Any = None,
+        when: Trigger = always,
+    ) -> None:
+        super().__init__(part, when=when)
+        given = dict(zip(KINDS, (velocity, displacement, force, body_force), strict=True))
+        named = [kind for kind, value in given.items() if value is not None]
+        if len(named) != 1:
+            raise BadInput(f"{self.label}: prescribe exactly one of {', '.join(KINDS)}, got {named or 'none'}")
+        self.kind = named[0]
+        self.nodes = part.where(region)
+        if not len(self.nodes):
+            raise BadInput(f"{self.label}: no node lies in {region!r}: check the region or the spacing")
+        self._values = Values(f"{self.label}, {self.kind}", given[self.kind], part.positions[self.nodes])
+        self._step = -1
+        self._before: dict[str, NDArray[np.float64]] = {}
+
+    @property
+    def moves(self) -> bool:
+        """True for a prescribed motion, False for a load."""
+        return self.kind in ("velocity", "displacement")
+
+    # -- contract ---------------------------------------------------------------------------------------------------
+
+    @property
+    def reads(self) -> tuple[Field, ...]:  # type: ignore[override]
+        """What the kind and the work need."""
+        return (displacement, density, volume) if self.moves else (displacement, volume)
+
+    @property
+    def updates(self) -> tuple[Field, ...]:  # type: ignore[override]
+        """Velocity, for a motion."""
+        return (velocity,) if self.moves else ()
+
+    @property
+    def adds(self) -> tuple[Field, ...]:  # type: ignore[override]
+        """Force density, for a load."""
+        return () if self.moves else (force_density,)
+
+    offers = (external_work,)
+
+    # -- work -------------------------------------------------------------------------------------------------------
+
+    def attach(self) -> None:
+        self._u = self[displacement]
+        self._size = self[volume][self.nodes]
+        self._works = self.wants(external_work)
+        if self.moves:
+            self._v, self._mass = self[velocity], self[density][self.nodes] * self._size
+        else:
+            self._f = self[force_density]
+        if self._works and not self._before:
+            start = self._v[self.nodes] if self.moves else self._load(0.0)
+            self._before = {"path": self._u[self.nodes], "value": np.array(start)}
+
+    def apply(self, clock: Clock) -> None:
+        if self.moves:
+            self._move(clock)
+        else:
+            self._push(clock)
+
+    def _move(self, clock: Clock) -> None:
+        again, self._step = clock.step == self._step, clock.step
+        for axis, target in self._targets(clock, again):
+            kicked = self._v[self.nodes, axis]
+            if self._works:
+                mean = 0.5 * (self._before["value"][:, axis] + target)
+                self[external_work][...] += np.sum(self._mass * (target - kicked) * mean)
+                self._before["value"][:, axis] = target
+            self._v[self.nodes, axis] = target
+
+    def _targets(self, clock: Clock, again: bool) -> list[Component]:
+        """Velocities to set: (axis, values)."""
+        if self.kind == "velocity":
+            return self._values.at(clock.time if again else clock.time - 0.5 * clock.dt)
+        if not again:
+            goal = self._values.at(clock.time)
+            self._reach = [(axis, (there - self._u[self.nodes, axis]) / clock.dt) for axis, there in goal]
+        return self._reach
+
+    def _load(self, time: float) -> NDArray[np.float64]:
+        """(k, d) force per volume on the nodes."""
+        load = np.zeros((len(self.nodes), self.part.dimension))
+        for axis, value in self._values.at(time):
+            load[:, axis] = value
+        return load / self._size.sum() if self.kind == "force" else load
+
+    def _push(self, clock: Clock) -> None:
+        load = self._load(clock.time)
+        self._f[self.nodes] += load
+        if self._works:
+            path = self._u[self.nodes]
+            mean = 0.5 * (self._before["value"] + load)
+            self[external_work][...] += np.sum(self._size[:, None] * mean * (path - self._before["path"]))
+            self._before = {"path": path, "value": load}
+
+    def state(self) -> dict[str, Any]:
+        return dict(self._before)
+
+    def restore(self, state: dict[str, Any]) -> None:
+        self._before = {name: np.array(value) for name, value in state.items()}

@@ -1,0 +1,1 @@
+"""Constitutive models, failure and corrections."""

@@ -1,0 +1,141 @@
+"""Failure of bonds: criteria are plain functions that are true when the bond fails; Damage is what remains visible."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rbs_core import BadInput, Geometry, Measure, Part
+from rbs_core.trigger import Clock
+from rbs_plugins import loops
+from rbs_plugins.fields import breakable, damage, intact, volume
+from rbs_plugins.loops.nodes import broken_share
+
+if TYPE_CHECKING:
+    from rbs_plugins.constitutive.pairwise import PairwiseForce
+
+
+def beyond_tension(stretch, s0):
+    """True if stretched beyond s0."""
+    return stretch > s0
+
+
+def beyond_compression(stretch, s0):
+    """True if shortened beyond s0."""
+    return stretch < -s0
+
+
+def beyond_both(stretch, s0, s0_compression):
+    """True if stretched beyond s0 or shortened beyond s0_compression."""
+    return (stretch > s0) | (stretch < -s0_compression)
+
+
+class Criterion:
+    """When bonds fail: a plain function of what laws may ask for, true when the bond breaks for good.
+
+    Args:
+        function: e.g. `def fails(stretch, s0): return stretch > s0`. Both ends of a bond ask it, so it must give the
+            same answer from either end.
+        within: only bonds with both ends in this geometry may break; all if not given.
+        **parameters: numbers that the function asks for.
+    """
+
+    def __init__(self, function: Callable[..., Any], *, within: Geometry | None = None, **parameters: float) -> None:
+        if within is not None and not isinstance(within, Geometry):
+            raise BadInput(f"{type(self).__name__}: within={within!r} must be a geometry such as Box")
+        self.function, self.within, self._parameters = function, within, parameters
+
+    def parameters(self, force: PairwiseForce) -> dict[str, float]:
+        """The numbers of the function, for the force that it belongs to."""
+        return dict(self._parameters)
+
+    def mark(self, part: Part) -> None:
+        """Says which bonds of a part may break; does nothing without `within`."""
+        if self.within is None:
+            return
+        allowed = part.bonds.between(self.within).astype(np.uint8)
+        if breakable in part and not np.array_equal(part[breakable], allowed):
+            raise BadInput(f"part '{part.name}' has two criteria with different regions (within=): use one region")
+        part[breakable] = allowed
+
+    def __repr__(self) -> str:
+        given = "".join(f", {name}={value!r}" for name, value in self._parameters.items())
+        region = "" if self.within is None else f", within={self.within!r}"
+        return f"{type(self).__name__}({self.function.__name__}{given}{region})"
+
+
+class CriticalStretch(Criterion):
+    """A bond fails once it is stretched (or shortened) beyond a limit (Silling & Askari 2005).
+
+    Args:
+        s0: critical stretch; or give the fracture energy instead.
+        fracture_energy: G0, J/m^2; the stretch follows from it and the constants of the force that this belongs to.
+        mode: "tension", "compression" or "both".
+        compression: critical shortening for "both", positive; as s0 if not given.
+        within: only bonds with both ends in this geometry may break.
+
+    Raises:
+        BadInput: unless exactly one of s0 and fracture_energy is given and positive, or on an unknown mode.
+    """
+
+    MODES = {"tension": beyond_tension, "compression": beyond_compression, "both": beyond_both}
+
+    def __init__(
+        self,
+        s0: float | None = None,
+        *,
+        fracture_energy: float | None = None,
+        mode: str = "tension",
+        compression: float | None = None,
+        within: Geometry | None = None,
+    ) -> None:
+        if mode not in self.MODES:
+            raise BadInput(f"CriticalStretch: mode={mode!r} must be one of {', '.join(self.MODES)}")
+        if (s0 is None) == (fracture_energy is None):
+            raise BadInput("CriticalStretch: give either the stretch s0 or the fracture_energy, not both or none")
+        if compression is not None and mode != "both":
+            raise BadInput(f"CriticalStretch: compression= belongs to mode='both', not to mode={mode!r}")
+        for name, value in (("s0", s0), ("fracture_energy", fracture_energy), ("compression", compression)):
+            if value is not None and not (np.isfinite(value) and value > 0):
+                raise BadInput(f"CriticalStretch: {name}={value} must be positive and finite")
+        super().__init__(self.MODES[mode], within=within)
+        self.s0, self.fracture_energy, self.mode, self.compression = s0, fracture_energy, mode, compression
+
+    def parameters(self, force: PairwiseForce) -> dict[str, float]:
+        s0 = self.s0
+        if s0 is None:
+            assert self.fracture_energy is not None
+            s0 = force.critical_stretch(self.fracture_energy)
+        if self.mode != "both":
+            return {"s0": s0}
+        return {"s0": s0, "s0_compression": s0 if self.compression is None else self.compression}
+
+    def __repr__(self) -> str:
+        limit = f"{self.s0!r}" if self.s0 is not None else f"fracture_energy={self.fracture_energy!r}"
+        more = "" if self.compression is None else f", compression={self.compression!r}"
+        region = "" if self.within is None else f", within={self.within!r}"
+        return f"CriticalStretch({limit}, mode={self.mode!r}{more}{region})"
+
+
+class Damage(Measure):
+    """Broken share of each family by volume: φ = 1 − Σ μV / ΣV (Silling & Askari 2005).
+
+    Bonds that a pre-crack has cut count as broken; removed ones (`bonds.remove`) never were. A node without bonds has
+    damage 0.
+    """
+
+    example = {}
+    reads = (intact, volume)
+    writes = (damage,)
+
+    def attach(self) -> None:
+        self._arrays = (*self.part.bonds.as_rows(), self[intact], self[volume], self[damage])
+        loops.compile_loop(broken_share, self._arrays, [])
+
+    def apply(self, clock: Clock) -> None:
+        loops.run(broken_share, len(self.part.bonds), *self._arrays)
+
+    def items(self) -> int:
+        return len(self.part.bonds)

@@ -1,0 +1,225 @@
+"""PairwiseForce: bonds that pull with any plain function of their stretch, length and the fields at their ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rbs_core import BadInput, BadLaw, Constitutive, Field, NotFinite, Part, Trigger, always
+from rbs_core.analysis import not_finite
+from rbs_core.trigger import Clock
+from rbs_plugins import loops
+from rbs_plugins.constitutive.corrections import set_partial_volume
+from rbs_plugins.constitutive.fracture import Criterion
+from rbs_plugins.fields import (
+    breakable,
+    density,
+    displacement,
+    dissipation_density,
+    force_density,
+    intact,
+    reference_position,
+    volume,
+    volume_fraction,
+)
+from rbs_plugins.loops.arguments import Argument, fields, resolve
+from rbs_plugins.loops.nodes import add
+from rbs_plugins.loops.pairwise import Recipe, build
+
+
+class PairwiseForce(Constitutive):
+    """Bonds whose pairwise force f (N/m^6) along the deformed bond is a plain function.
+
+    Args:
+        part: connected part.
+        law: function returning f from what its argument names ask for: stretch, extension, length, reference_length,
+            time, dt; parameters given here as keywords; bond fields; node fields with _i or _j behind. Both ends of a
+            bond must get the same value, or momentum is not kept.
+        fracture: when bonds fail; never if not given.
+        potential: energy w(...) of a bond, J/m^6, with dw/d(length) = law; integrated numerically if not given (8
+            panels of 5 Gauss points, so a kink of the law costs about 1e-4 of the energy).
+        partial_volume: "none", or "linear" for the linear band at the edge of the horizon.
+        when: trigger.
+        **parameters: numbers that law, criterion and potential ask for.
+
+    Raises:
+        BadLaw: if an argument name is unknown, or (at the start of the run) if a function cannot be compiled.
+        BadInput: if the part is not connected, or on an unknown name of a partial volume.
+
+    The force density is L_i = Σ_j μ f β V_j d/|d| with d = y_j − y_i (Silling 2000; Silling & Askari 2005).
+    """
+
+    adds = (force_density,)
+    example = None
+
+    def __init__(
+        self,
+        part: Part,
+        law: Callable[..., Any],
+        fracture: Criterion | None = None,
+        *,
+        potential: Callable[..., Any] | None = None,
+        partial_volume: str = "none",
+        when: Trigger = always,
+        **parameters: float,
+    ) -> None:
+        super().__init__(part, when=when)
+        if not callable(law):
+            raise BadLaw(f"{self.label}: the law must be a function, got {law!r}")
+        if fracture is not None and not isinstance(fracture, Criterion):
+            raise BadInput(f"{self.label}: fracture={fracture!r} must be a criterion such as CriticalStretch(0.01)")
+        if not part.connected:
+            raise BadInput(f"{self.label}: the part has no bonds: call part.connect(horizon=...) first")
+        self._law, self._fracture, self._potential = law, fracture, potential
+        self._fraction = set_partial_volume(part, partial_volume)
+        limits = {} if fracture is None else fracture.parameters(self)
+        for name in limits.keys() & parameters.keys():
+            if limits[name] != parameters[name]:
+                raise BadLaw(f"{self.label}: law and criterion both have a parameter {name}, with different values")
+        values = {**parameters, **limits}
+        self._law_arguments = tuple(resolve(law, part, values))
+        self._criterion_arguments = () if fracture is None else tuple(resolve(fracture.function, part, values))
+        self._potential_arguments = () if potential is None else tuple(resolve(potential, part, values))
+        if fracture is not None:
+            fracture.mark(part)
+
+    # -- contract ---------------------------------------------------------------------------------------------------
+
+    @property
+    def reads(self) -> tuple[Field, ...]:  # type: ignore[override]
+        """Displacement, nodes, bonds, and whatever the functions ask for."""
+        asked = fields([*self._law_arguments, *self._criterion_arguments, *self._potential_arguments])
+        more = [*([volume_fraction] if self._fraction else []), *([breakable] if self._zoned else [])]
+        if self._fracture is None and self.part.bonds.has_broken:
+            more.append(intact)
+        return tuple(dict.fromkeys([displacement, reference_position, volume, *more, *asked]))
+
+    @property
+    def updates(self) -> tuple[Field, ...]:  # type: ignore[override]
+        """The state of the bonds, if they can fail."""
+        return () if self._fracture is None else (intact,)
+
+    @property
+    def offers(self) -> tuple[Field, ...]:  # type: ignore[override]
+        """The energy of failing bonds."""
+        return () if self._fracture is None else (dissipation_density,)
+
+    @property
+    def _zoned(self) -> bool:
+        return self._fracture is not None and self._fracture.within is not None
+
+    def critical_stretch(self, fracture_energy: float) -> float:
+        """Critical stretch for a fracture energy G0, J/m^2; only models with known constants can tell."""
+        raise BadInput(f"{self.label} does not know how the fracture energy gives a critical stretch: give s0 instead")
+
+    # -- loops ------------------------------------------------------------------------------------------------------
+
+    def attach(self) -> None:
+        uniform = self.constant(volume)
+        recipe = Recipe(
+            dimension=self.part.dimension,
+            law=self._law,
+            law_arguments=self._law_arguments,
+            criterion=None if self._fracture is None else self._fracture.function,
+            criterion_arguments=self._criterion_arguments,
+            potential=self._potential,
+            potential_arguments=self._potential_arguments,
+            intact=self._fracture is not None or self.part.bonds.has_broken,
+            breakable=self._zoned,
+            fraction=self._fraction,
+            uniform=uniform is not None,
+            dissipation=self.wants(dissipation_density),
+        )
+        self._module, self._signatures = build(recipe)
+        self._inputs = self._gather(recipe, 1.0 if uniform is None else uniform)
+        self._position = self._inputs["y"]
+        flat = [loops.flat(self[f]) for f in (reference_position, displacement)]
+        self._sum = (loops.flat(self._position), *flat)
+        loops.compile_loop(add, self._sum, [])
+        self._arguments = self._prepare("force", self[force_density])
+        self._energy_arguments: list[Any] | None = None
+
+    def _gather(self, recipe: Recipe, cell: float) -> dict[str, Any]:
+        """Values of everything that the loops can ask for, by the name of their parameter."""
+        offsets, neighbors = self.part.bonds.as_rows()
+        inputs: dict[str, Any] = {
+            "offsets": offsets,
+            "neighbors": neighbors,
+            "inverse": self.part.bonds.inverse_lengths,
+            "y": np.empty((len(self.part), self.part.dimension)),
+            "cell": cell,
+            "time": 0.0,
+            "dt": 0.0,
+        }
+        flags = ((intact, recipe.intact), (breakable, recipe.breakable), (volume_fraction, recipe.fraction))
+        inputs.update({field.name: self[field] for field, there in flags if there})
+        if not recipe.uniform:
+            inputs["volume"] = self[volume]
+        if recipe.dissipation:
+            inputs["dissipation"] = self[dissipation_density]
+        everything: list[Argument] = [*self._law_arguments, *self._criterion_arguments, *self._potential_arguments]
+        for argument in everything:
+            if argument.field is not None:
+                inputs[argument.array] = self[argument.field]
+            elif argument.kind == "parameter":
+                inputs[f"p_{argument.name}"] = argument.value
+        return inputs
+
+    def _prepare(self, name: str, out: NDArray[np.float64]) -> list[Any]:
+        """Compiles a loop; returns its arguments."""
+        arguments = [out if key == "out" else self._inputs[key] for key in self._signatures[name]]
+        functions = [self._law, *([self._fracture.function] if self._fracture else [])]
+        functions += [self._potential] if self._potential else []
+        loops.compile_loop(getattr(self._module, name), tuple(arguments), functions)
+        return arguments
+
+    def _move(self) -> None:
+        loops.run(add, len(self._sum[0]), *self._sum)
+
+    def apply(self, clock: Clock) -> None:
+        self._move()
+        self._arguments[-2:] = clock.time, clock.dt
+        _, wrong = loops.run(self._module.force, len(self.part.bonds), *self._arguments)
+        if wrong:
+            raise self._blame()
+
+    def _blame(self) -> NotFinite:
+        """Names the field that is not finite: displacement if it is the cause, otherwise the force."""
+        for field in (displacement, force_density):
+            if not np.isfinite(self[field]).all():
+                return not_finite(self.part, field.name, self[field])
+        return NotFinite(f"the forces of part '{self.part.name}' overflow: look at the loads and the time step")
+
+    def compile_energy(self, out: NDArray[np.float64]) -> None:
+        """Makes `energy` ready; called after `attach` by whoever will ask for energies."""
+        self._energy_arguments = self._prepare("energy", out)
+
+    def energy(self, out: NDArray[np.float64]) -> None:
+        """Adds the strain energy density (J/m^3) of the present displacement to `out` (n,)."""
+        if self._energy_arguments is None:
+            self.compile_energy(out)
+        assert self._energy_arguments is not None
+        self._energy_arguments[self._signatures["energy"].index("out")] = out
+        self._move()
+        loops.run(self._module.energy, len(self.part.bonds), *self._energy_arguments)
+
+    def squared_frequency(self) -> NDArray[np.float64] | None:
+        """Bound of the squared angular frequency at each node, 1/s^2: 2/ρ Σ |df/ds| β V / |ξ| at rest (Gershgorin).
+
+        For f = c s the step that follows from it, 2 / sqrt(max), is that of Silling & Askari (2005), sqrt(2ρ / Σ cV/|ξ|).
+        None while the part has no density.
+        """
+        if density not in self.part:
+            return None
+        out = np.zeros(len(self.part))
+        arguments = self._prepare("stiffness", out)
+        loops.run(self._module.stiffness, len(self.part.bonds), *arguments)
+        return 2.0 * out / self.part[density]
+
+    def items(self) -> int:
+        return len(self.part.bonds)
+
+

@@ -1,0 +1,86 @@
+"""What exporters of frames share: which fields, in which configuration, under which names, on which resumed run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rbs_core import BadInput, Exporter, Field, Part, Trigger, convert, world
+from rbs_core.checkpoint import writable_folder
+from rbs_core.trigger import Clock
+from rbs_plugins.fields import displacement, reference_position
+
+CONFIGURATIONS = ("current", "reference")
+
+
+class FrameExporter(Exporter):
+    """An exporter that writes one file per frame: `<path>_<step>.<suffix>`.
+
+    Args:
+        part: the part.
+        fields: node fields to export.
+        path: folder and beginning of the file names.
+        configuration: "current" or "reference" positions.
+        when: trigger.
+
+    Raises:
+        BadInput: on a field that does not live at nodes or an unknown configuration; at the start of the run, if the
+            folder cannot be written.
+    """
+
+    def __init__(
+        self, part: Part, fields: Iterable[Field], path: str | Path, *, configuration: str, when: Trigger
+    ) -> None:
+        super().__init__(part, when=when)
+        self.fields = tuple(fields)
+        for field in self.fields:
+            if not isinstance(field, Field) or field.at != "node":
+                raise BadInput(f"{self.label}: {field!r} is no node field: only those can be exported as frames")
+        if configuration not in CONFIGURATIONS:
+            raise BadInput(f"{self.label}: configuration={configuration!r} must be one of {', '.join(CONFIGURATIONS)}")
+        self.path, self.configuration = Path(path), configuration
+        moved = (displacement,) if configuration == "current" else ()
+        self.reads = tuple(dict.fromkeys((reference_position, *moved, *self.fields)))
+        self.frames: list[tuple[float, str]] = []
+
+    def attach(self) -> None:
+        writable_folder(self.path.parent)
+
+    def positions(self) -> NDArray[np.float64]:
+        """(n, 3) positions in the configuration of this exporter, in world coordinates, m."""
+        local = self[reference_position]
+        if self.configuration == "current":
+            local = local + self[displacement]
+        padded = np.zeros((len(local), 3))
+        padded[:, : local.shape[1]] = local
+        return padded if self.part.system is world else convert(padded, self.part.system, world)
+
+    def frame(self, clock: Clock, suffix: str) -> Path:
+        """Name of the file of this step; remembered as a frame."""
+        file = self.path.with_name(f"{self.path.name}_{clock.step:06d}.{suffix}")
+        self.frames.append((clock.time, file.name))
+        return file
+
+    def state(self) -> dict[str, Any]:
+        return {"frames": [list(frame) for frame in self.frames]}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        self.frames = [(float(time), str(name)) for time, name in state["frames"]]
+
+
+def three(array: NDArray[Any]) -> NDArray[np.float64]:
+    """A scalar, vector or tensor field with three components per direction, as viewers expect it."""
+    if array.ndim == 1:
+        return array
+    padded = np.zeros((len(array),) + (3,) * (array.ndim - 1))
+    padded[(slice(None), *(slice(0, size) for size in array.shape[1:]))] = array
+    return padded.reshape(len(array), -1)
+
+
+def axis_of(component: str | int | None, names: Sequence[str] = "xyz") -> int | None:
+    """Index of a component given by name or number; None for the magnitude."""
+    return names.index(component) if isinstance(component, str) else component

@@ -1,0 +1,47 @@
+"""The vocabulary: every field that the built-in relations use, with symbol, unit and one sentence."""
+
+from __future__ import annotations
+
+from rbs_core.fields import Field, intact, reference_position, volume
+
+displacement = Field("displacement", "node", "vector", "m", "u", "Position minus reference position.")
+velocity = Field("velocity", "node", "vector", "m/s", "v", "Rate of the displacement.")
+density = Field("density", "node", "scalar", "kg/m^3", "ρ", "Mass per reference volume.")
+force_density = Field(
+    "force_density", "node", "vector", "N/m^3", "L + b", "Force per volume on a node, of bonds and of loads together."
+)
+damage = Field("damage", "node", "scalar", "1", "φ", "Broken share of the family, by volume: 1 − Σ μV / ΣV.")
+strain_energy_density = Field(
+    "strain_energy_density", "node", "scalar", "J/m^3", "W", "Half of the energy in the intact bonds of a node."
+)
+dissipation_density = Field(
+    "dissipation_density", "node", "scalar", "J/m^3", "D", "Half of the energy that the broken bonds of a node held."
+)
+breakable = Field("breakable", "bond", "scalar", "1", "b", "1 where the bond may break, 0 in a no-fail zone.", "uint8", 1)
+volume_fraction = Field(
+    "volume_fraction", "bond", "scalar", "1", "β", "Share of the neighbor's cell that lies within the horizon.", initial=1
+)
+kinetic_energy = Field("kinetic_energy", "part", "scalar", "J", "T", "Kinetic energy of the part.")
+strain_energy = Field("strain_energy", "part", "scalar", "J", "U", "Energy in the intact bonds of the part.")
+external_work = Field("external_work", "part", "scalar", "J", "A", "Work that boundary domains have done on the part.")
+fracture_dissipation = Field(
+    "fracture_dissipation", "part", "scalar", "J", "Φ", "Energy that the bonds held when they broke."
+)
+
+VOCABULARY = (
+    displacement,
+    velocity,
+    density,
+    force_density,
+    damage,
+    strain_energy_density,
+    dissipation_density,
+    breakable,
+    volume_fraction,
+    kinetic_energy,
+    strain_energy,
+    external_work,
+    fracture_dissipation,
+)
+
+__all__ = [*(field.name for field in VOCABULARY), "VOCABULARY", "intact", "reference_position", "volume"]

@@ -1,0 +1,100 @@
+"""Energies as relations: each a number of the part, computed when its trigger says so."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rbs_core import BadInput, Measure, Part, Trigger, always
+from rbs_core.trigger import Clock
+from rbs_plugins import loops
+from rbs_plugins.constitutive.pairwise import PairwiseForce
+from rbs_plugins.fields import (
+    density,
+    dissipation_density,
+    fracture_dissipation,
+    kinetic_energy,
+    strain_energy,
+    strain_energy_density,
+    velocity,
+    volume,
+)
+from rbs_plugins.loops.nodes import chunks, sum_motion, sum_products
+
+
+class KineticEnergy(Measure):
+    """T = Σ ½ ρ V |v|²."""
+
+    example = {}
+    reads = (velocity, density, volume)
+    writes = (kinetic_energy,)
+
+    def attach(self) -> None:
+        self._partial = chunks(len(self.part))
+        self._arrays = (self[density], self[volume], self[velocity], self._partial)
+        loops.compile_loop(sum_motion, self._arrays, [])
+
+    def apply(self, clock: Clock) -> None:
+        loops.run(sum_motion, len(self.part), *self._arrays)
+        self[kinetic_energy][...] = 0.5 * self._partial.sum()
+
+
+class StrainEnergy(Measure):
+    """U = Σ W V, W the energy in the intact bonds, half for either end.
+
+    Args:
+        part: the part.
+        forces: the constitutive relations whose bonds hold the energy.
+        when: trigger.
+    """
+
+    writes = (strain_energy_density, strain_energy)
+
+    def __init__(self, part: Part, forces: Sequence[PairwiseForce], *, when: Trigger = always) -> None:
+        super().__init__(part, when=when)
+        for force in forces:
+            if not hasattr(force, "energy"):
+                raise BadInput(f"{self.label}: {force!r} does not know its energy: list constitutive relations")
+            if force.part is not part:
+                raise BadInput(f"{self.label}: {force.label} belongs to another part")
+        self._forces = list(forces)
+
+    @property
+    def reads(self):  # type: ignore[no-untyped-def]  # noqa: ANN201
+        """What the forces read, and the state of their bonds."""
+        fields = [field for force in self._forces for field in (*force.reads, *force.updates)]
+        return tuple(dict.fromkeys([volume, *fields]))
+
+    def attach(self) -> None:
+        self._partial = chunks(len(self.part))
+        self._arrays = (self[strain_energy_density], self[volume], self._partial)
+        loops.compile_loop(sum_products, self._arrays, [])
+
+    def apply(self, clock: Clock) -> None:
+        out = self[strain_energy_density]
+        out[...] = 0.0
+        for force in self._forces:
+            force.energy(out)
+        loops.run(sum_products, len(self.part), *self._arrays)
+        self[strain_energy][...] = self._partial.sum()
+
+    def items(self) -> int:
+        return len(self.part.bonds) * len(self._forces)
+
+
+class FractureDissipation(Measure):
+    """Φ = Σ D V: the energy that bonds held when they broke."""
+
+    example = {}
+    reads = (dissipation_density, volume)
+    writes = (fracture_dissipation,)
+
+    def attach(self) -> None:
+        self._partial = chunks(len(self.part))
+        self._arrays = (self[dissipation_density], self[volume], self._partial)
+        loops.compile_loop(sum_products, self._arrays, [])
+
+    def apply(self, clock: Clock) -> None:
+        loops.run(sum_products, len(self.part), *self._arrays)
+        self[fracture_dissipation][...] = np.sum(self._partial)

@@ -1,0 +1,136 @@
+"""The laws of set algebra, bounds, and distance as a bound."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rbs_core.errors import BadInput
+from rbs_core.geometry import Ball, Box, Combined, Everywhere, HalfSpace, Nowhere, Where
+
+QUIET = settings(derandomize=True, deadline=None, database=None, max_examples=100)
+POINTS = np.random.default_rng(4).integers(-8, 9, (200, 2)) / 4  # many of them exactly on surfaces
+PLACES = st.tuples(st.integers(-4, 4), st.integers(-4, 4)).map(lambda pair: (pair[0] / 2, pair[1] / 2))
+SIZES = st.integers(1, 6).map(lambda number: number / 2)
+PRIMITIVES = st.one_of(
+    st.builds(Ball, SIZES, PLACES),
+    st.builds(Box, SIZES, PLACES),
+    st.builds(HalfSpace, PLACES, st.sampled_from([(1, 0), (0, -1), (1, 1), (-1, 2)])),
+    st.just(Everywhere()),
+    st.just(Nowhere()),
+)
+GEOMETRIES = st.recursive(
+    PRIMITIVES,
+    lambda some: st.one_of(
+        st.builds(
+            Combined, st.sampled_from(["union", "intersection", "difference", "symmetric difference"]), some, some
+        ),
+        some.map(lambda geometry: ~geometry),
+        st.builds(lambda geometry, vector: geometry.moved(vector), some, PLACES),
+    ),
+    max_leaves=5,
+)
+
+
+def same(a, b) -> bool:
+    return np.array_equal(a.contains(POINTS), b.contains(POINTS))
+
+
+@QUIET
+@given(GEOMETRIES, GEOMETRIES, GEOMETRIES)
+def test_laws_of_set_algebra(a, b, c):
+    assert same(~(a | b), ~a & ~b)
+    assert same(~(a & b), ~a | ~b)
+    assert same(a | b, b | a)
+    assert same(a & b, b & a)
+    assert same(a ^ b, b ^ a)
+    assert same((a | b) | c, a | (b | c))
+    assert same((a & b) & c, a & (b & c))
+    assert same((a ^ b) ^ c, a ^ (b ^ c))
+    assert same(a & (b | c), (a & b) | (a & c))
+    assert same(a | (b & c), (a | b) & (a | c))
+    assert same(a | (a & b), a)
+    assert same(a - b, a & ~b)
+    assert same(a ^ b, (a | b) - (a & b))
+    assert same(a - (b | c), (a - b) - c)
+
+
+@QUIET
+@given(GEOMETRIES)
+def test_laws_with_nothing_and_everything(a):
+    assert same(~~a, a)
+    assert same(a | Nowhere(), a)
+    assert same(a & Everywhere(), a)
+    assert same(a & Nowhere(), Nowhere())
+    assert same(a | ~a, Everywhere())
+    assert same(a - a, Nowhere())
+    assert same(a ^ a, Nowhere())
+    assert same(a ^ Everywhere(), ~a)
+
+
+@QUIET
+@given(GEOMETRIES)
+def test_all_points_are_within_the_bounds(a):
+    lower, upper = a.bounds
+    assert lower.shape == upper.shape == (a.dimension or 1,)
+    inside = POINTS[a.contains(POINTS)]
+    assert ((inside >= lower) & (inside <= upper)).all()
+
+
+@QUIET
+@given(GEOMETRIES)
+def test_distance_has_the_right_sign_and_is_a_bound(a):
+    distance, inside = a.distance(POINTS), a.contains(POINTS)
+    clear = np.abs(distance) > 1e-12
+    assert np.array_equal((distance < 0.0)[clear], inside[clear])
+    # A point on the other side is never nearer than the distance says.
+    ways = np.linalg.norm(POINTS[:, None] - POINTS[None], axis=2)
+    other_side = inside[:, None] != inside[None]
+    nearest = np.where(other_side, ways, np.inf).min(axis=1)
+    assert (np.abs(distance) <= nearest + 1e-12).all()
+
+
+@QUIET
+@given(GEOMETRIES)
+def test_repr_can_be_typed_back(a):
+    assert eval(repr(a)) == a
+
+
+def test_bounds_of_the_operations():
+    a, b = Box.between((0, 0), (2, 2)), Box.between((1, -1), (3, 1))
+    assert [side.tolist() for side in (a | b).bounds] == [[0.0, -1.0], [3.0, 2.0]]
+    assert [side.tolist() for side in (a ^ b).bounds] == [[0.0, -1.0], [3.0, 2.0]]
+    assert [side.tolist() for side in (a & b).bounds] == [[1.0, 0.0], [2.0, 1.0]]
+    assert [side.tolist() for side in (a - b).bounds] == [[0.0, 0.0], [2.0, 2.0]]
+    assert [side.tolist() for side in (a & ~b).bounds] == [[0.0, 0.0], [2.0, 2.0]]
+    assert [side.tolist() for side in (~a).bounds] == [[-np.inf] * 2, [np.inf] * 2]
+    assert [side.tolist() for side in (HalfSpace((0, 1), (0, 1)) & a).bounds] == [[0.0, 1.0], [2.0, 2.0]]
+
+
+def test_bounds_of_what_cannot_overlap_are_empty_and_do_not_widen_a_union():
+    a, far = Box.between((0, 0), (1, 1)), Box.between((0, 5), (1, 6))
+    assert [side.tolist() for side in (a & far).bounds] == [[np.inf] * 2, [-np.inf] * 2]
+    assert [side.tolist() for side in ((a & far) | a).bounds] == [[0.0, 0.0], [1.0, 1.0]]
+    assert [side.tolist() for side in (Nowhere() | a).bounds] == [[0.0, 0.0], [1.0, 1.0]]
+    assert [side.tolist() for side in (Everywhere() - a).bounds] == [[-np.inf] * 2, [np.inf] * 2]
+
+
+def test_dimension_comes_from_the_part_that_has_one():
+    assert (Everywhere() - Ball(1.0, (0, 0, 0))).dimension == 3
+    assert (Nowhere() | Where(np.any)).dimension is None
+    assert (~Box((1, 1))).dimension == 2
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: Combined("or", Everywhere(), Nowhere()), r"operation = 'or' is unknown; give one of 'union', 'inter"),
+        (lambda: Box((1, 1)) ^ Box((1, 1, 1)), r"has dimension 2, Box.* has 3; join only"),
+        (lambda: (Box((1, 1)) | Where(np.any)).distance([[0, 0]]), r"Where\(.*\) knows no distance"),
+    ],
+)
+def test_refusals_say_what_where_and_cure(call, message):
+    with pytest.raises(BadInput, match=message):
+        call()
