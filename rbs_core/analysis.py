@@ -199,6 +199,8 @@ class Analysis:
         report.prepare_seconds = time.perf_counter() - begin
         hooks = registry().manager.hook
         hooks.rbs_analysis_started(analysis=self)
+        for relation in self.unique:
+            relation.begin(self.clock)
         if self.clock.step == 0:
             self._first_sums()
         first, self._interrupted = self.clock.step, False

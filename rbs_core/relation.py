@@ -76,6 +76,9 @@ class Relation:
     def attach(self) -> None:
         """Called once, after allocation and before the first step: fetch arrays, compile."""
 
+    def begin(self, clock: Clock) -> None:
+        """Called once before the first step of a run, when the fields hold their initial or resumed values."""
+
     def apply(self, clock: Clock) -> None:
         """Called in every step in which the trigger says yes."""
 
@@ -87,7 +90,7 @@ class Relation:
         return {}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Takes back what `state` gave; called after `attach` of a resumed run."""
+        """Takes back what `state` gave; called after `attach` and before `begin` of a resumed run."""
 
     def squared_frequency(self) -> NDArray[np.float64] | None:
         """(n,) bound of the squared angular frequency that this relation gives each node, 1/s^2; None if it has no say.

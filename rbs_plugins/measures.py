@@ -71,6 +71,10 @@ class StrainEnergy(Measure):
         self._arrays = (self[strain_energy_density], self[volume], self._partial)
         loops.compile_loop(sum_products, self._arrays, [])
 
+    def begin(self, clock: Clock) -> None:
+        for force in self._forces:
+            force.compile_energy(self[strain_energy_density])
+
     def apply(self, clock: Clock) -> None:
         out = self[strain_energy_density]
         out[...] = 0.0

@@ -135,11 +135,11 @@ class PairwiseForce(Constitutive):
         )
         self._module, self._signatures = build(recipe)
         self._inputs = self._gather(recipe, 1.0 if uniform is None else uniform)
-        self._position = self._inputs["y"]
-        flat = [loops.flat(self[f]) for f in (reference_position, displacement)]
-        self._sum = (loops.flat(self._position), *flat)
-        loops.compile_loop(add, self._sum, [])
+        self._position, self._before = self._inputs["y"], self._inputs.get("before")
+        self._reference, self._moved = (loops.flat(self[f]) for f in (reference_position, displacement))
+        loops.compile_loop(add, (loops.flat(self._position), self._reference, self._moved), [])
         self._arguments = self._prepare("force", self[force_density])
+        self._places = [i for name in ("y", "before") for i, n in enumerate(self._signatures["force"]) if n == name]
         self._energy_arguments: list[Any] | None = None
 
     def _gather(self, recipe: Recipe, cell: float) -> dict[str, Any]:
@@ -160,6 +160,7 @@ class PairwiseForce(Constitutive):
             inputs["volume"] = self[volume]
         if recipe.dissipation:
             inputs["dissipation"] = self[dissipation_density]
+            inputs["before"] = np.empty_like(inputs["y"])
         everything: list[Argument] = [*self._law_arguments, *self._criterion_arguments, *self._potential_arguments]
         for argument in everything:
             if argument.field is not None:
@@ -176,11 +177,17 @@ class PairwiseForce(Constitutive):
         loops.compile_loop(getattr(self._module, name), tuple(arguments), functions)
         return arguments
 
-    def _move(self) -> None:
-        loops.run(add, len(self._sum[0]), *self._sum)
+    def begin(self, clock: Clock) -> None:
+        self._move(self._position)
+
+    def _move(self, out: NDArray[np.float64]) -> None:
+        loops.run(add, out.size, loops.flat(out), self._reference, self._moved)
 
     def apply(self, clock: Clock) -> None:
-        self._move()
+        if self._before is not None:
+            self._position, self._before = self._before, self._position
+            self._arguments[self._places[0]], self._arguments[self._places[1]] = self._position, self._before
+        self._move(self._position)
         self._arguments[-2:] = clock.time, clock.dt
         _, wrong = loops.run(self._module.force, len(self.part.bonds), *self._arguments)
         if wrong:
@@ -196,6 +203,9 @@ class PairwiseForce(Constitutive):
     def compile_energy(self, out: NDArray[np.float64]) -> None:
         """Makes `energy` ready; called after `attach` by whoever will ask for energies."""
         self._energy_arguments = self._prepare("energy", out)
+        # positions of its own: those of the force must stay what they were at its last call
+        self._energy_position = np.empty_like(self._position)
+        self._energy_arguments[self._signatures["energy"].index("y")] = self._energy_position
 
     def energy(self, out: NDArray[np.float64]) -> None:
         """Adds the strain energy density (J/m^3) of the present displacement to `out` (n,)."""
@@ -203,7 +213,7 @@ class PairwiseForce(Constitutive):
             self.compile_energy(out)
         assert self._energy_arguments is not None
         self._energy_arguments[self._signatures["energy"].index("out")] = out
-        self._move()
+        self._move(self._energy_position)
         loops.run(self._module.energy, len(self.part.bonds), *self._energy_arguments)
 
     def squared_frequency(self) -> NDArray[np.float64] | None:

@@ -67,7 +67,7 @@ class _Text:
     def __post_init__(self) -> None:
         r = self.recipe
         flags = (("intact", r.intact), ("breakable", r.breakable), ("volume_fraction", r.fraction),
-                 ("volume", not r.uniform), ("dissipation", r.dissipation))  # fmt: skip
+                 ("volume", not r.uniform), ("before", r.dissipation), ("dissipation", r.dissipation))  # fmt: skip
         arrays = dict.fromkeys(a.array for a in self.used if a.field is not None)
         scalars = dict.fromkeys(f"p_{a.name}" for a in self.used if a.kind == "parameter")
         flagged = [name for name, there in flags if there]
@@ -120,19 +120,18 @@ class _Text:
 
 def call(name: str, arguments: tuple[Argument, ...], **replaced: str) -> str:
     """Source of a call of a law inside a loop."""
-    values = []
-    for a in arguments:
-        if a.name in replaced:
-            values.append(replaced[a.name])
-        elif a.kind in ("kinematic", "clock"):
-            values.append(a.name)
-        elif a.kind == "parameter":
-            values.append(f"p_{a.name}")
-        elif a.kind == "bond":
-            values.append(f"row_{a.array}[q]")
-        else:
-            values.append(f"here_{a.array}" if a.name.endswith("_i") else f"{a.array}[j]")
-    return f"{name}({', '.join(values)})"
+    return f"{name}({', '.join(replaced.get(a.name) or value_of(a) for a in arguments)})"
+
+
+def value_of(argument: Argument) -> str:
+    """Source of the value of an argument inside a loop, for bond q to neighbor j."""
+    if argument.kind == "parameter":
+        return f"p_{argument.name}"
+    if argument.kind == "bond":
+        return f"row_{argument.array}[q]"
+    if argument.kind == "node":
+        return f"here_{argument.array}" if argument.name.endswith("_i") else f"{argument.array}[j]"
+    return argument.name
 
 
 def _force(r: Recipe) -> str:
@@ -150,13 +149,11 @@ def _force(r: Recipe) -> str:
     if r.criterion is not None:
         fails = f"fails({call('criterion', r.criterion_arguments)}){may}"
         count = [f"failing += holds & {fails}"]
-        record = []
-        if r.dissipation:
-            record = [f"        lost += 0.5 * {_potential_call(r)}{text.weight()}"]
+        record = _record(r, text) if r.dissipation else []
         cold = ["if failing > 0:", *(f"    {line}" for line in zero), *(["    lost = 0.0"] if r.dissipation else []),
                 "    for q in range(row_neighbors.size):", *(f"        {line}" for line in loop),
                 f"        if holds & {fails}:", "            row_intact[q] = 0", "            holds = False",
-                *(f"    {line}" for line in record),
+                *(f"            {line}" for line in record),
                 f"        {pull}", *(f"        {line}" for line in (*keep, *add)),
                 *([f"    dissipation[i] += lost{text.after}"] if r.dissipation else []), "    broken += failing"]  # fmt: skip
     finite = " and ".join(f"isfinite(f{k})" for k in axes)
@@ -167,16 +164,27 @@ def _force(r: Recipe) -> str:
     )  # fmt: skip
 
 
-def _potential_call(r: Recipe) -> str:
+def _record(r: Recipe, text: _Text) -> list[str]:
+    """Energy that has gone into a bond that fails now: its potential at the positions of the force before, and from
+    there the work of half of the force of before, which is all that velocity Verlet takes from the motion if the bond
+    carries no force at the end of the step.
+    """
+    axes = range(r.dimension)
+    here, there = (", ".join(f"before[{end}, {k}]" for k in axes) for end in "ij")
+    old = {"stretch": "stretch_old", "length": "length_old", "extension": "stretch_old * reference_length"}
+    path = " + ".join(f"o{k} * (d{k} - o{k})" for k in axes)
+    return [f"{', '.join(f'o{k}' for k in axes)}, length_old = kinematics({here}, {there})",
+            "stretch_old = stretch_of(length_old, row_inverse[q])", "reference_length = 1.0 / row_inverse[q]",
+            f"work = 0.5 * {call('law', r.law_arguments, **old)} * ({path}) / length_old",
+            f"lost += 0.5 * ({_potential_call(r, **old)} + work){text.weight()}"]  # fmt: skip
+
+
+def _potential_call(r: Recipe, **replaced: str) -> str:
     if r.potential is not None:
-        return call("potential", r.potential_arguments)
-    return f"potential(stretch, 1.0 / row_inverse[q]{''.join(', ' + v for v in _passed(r.law_arguments))})"
-
-
-def _passed(arguments: tuple[Argument, ...]) -> list[str]:
-    """Values of the arguments that stay the same while a bond is stretched."""
-    fixed = tuple(a for a in arguments if a.kind != "kinematic")
-    return call("x", fixed)[2:-1].split(", ") if fixed else []
+        return call("potential", r.potential_arguments, **replaced)
+    fixed = tuple(a for a in r.law_arguments if a.kind != "kinematic")
+    passed = [value_of(a) for a in fixed]
+    return f"potential({', '.join([replaced.get('stretch', 'stretch'), '1.0 / row_inverse[q]', *passed])})"
 
 
 def _energy(r: Recipe) -> str:
