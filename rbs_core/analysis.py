@@ -7,7 +7,7 @@ import signal
 import threading
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -18,7 +18,8 @@ import numpy as np
 from rbs_core import checkpoint
 from rbs_core.contract import Plan, plan
 from rbs_core.errors import BadInput, DishonestRelation, NotFinite, UnstableStep
-from rbs_core.honesty import Watch
+from rbs_core.honesty import Watch, blamed, check_finite
+from rbs_core.honesty import not_finite as not_finite  # for relations that look at their own results
 from rbs_core.part import Part
 from rbs_core.plugins import registry
 from rbs_core.relation import Relation
@@ -65,6 +66,7 @@ class Analysis:
         self.clock = Clock(dt=math.nan)
         self.plan = Plan()
         self.report: Report | None = None
+        self.given: dict[str, str] = {}
         self._interrupted = False
 
     @classmethod
@@ -100,7 +102,7 @@ class Analysis:
     @property
     def parts(self) -> list[Part]:
         """The parts that the relations speak of, in order of first mention."""
-        return list(dict.fromkeys(relation.part for relation in self._relations))
+        return list(dict.fromkeys(r.part for r in self._relations if not isinstance(r, checkpoint.Checkpoint)))
 
     @property
     def unique(self) -> list[Relation]:
@@ -129,7 +131,8 @@ class Analysis:
             if isinstance(relation, checkpoint.Checkpoint):
                 relation.bind(self)
         for relation in self.unique:
-            relation.attach()
+            with blamed(relation) if debug else nullcontext():
+                relation.attach()
         return self.plan
 
     def stable_dt(self) -> float:
@@ -191,6 +194,8 @@ class Analysis:
         self.prepare(debug=debug)
         dt = self._time_step(self.dt if dt is None else dt, force_dt)
         last = self._last_step(steps, until, dt)
+        if self.clock.step == 0:
+            self.given = checkpoint.given_values(self)
         if resume is not None:
             checkpoint.load(resume, self, dt)
         self.clock.dt, self.clock.last_step = dt, last
@@ -198,14 +203,15 @@ class Analysis:
         report = self.report = Report(rows, nbytes=sum(part.nbytes for part in self.parts))
         report.prepare_seconds = time.perf_counter() - begin
         hooks = registry().manager.hook
-        hooks.rbs_analysis_started(analysis=self)
-        for relation in self.unique:
-            relation.begin(self.clock)
-        if self.clock.step == 0:
-            self._first_sums()
         first, self._interrupted = self.clock.step, False
         begin = time.perf_counter()
         try:
+            hooks.rbs_analysis_started(analysis=self)
+            for relation in self.unique:
+                relation.begin(self.clock)
+            if first == 0:
+                self._first_sums()
+            begin = time.perf_counter()
             with self._politely(), Progress(self.title, first, last, progress) as bar:
                 watch = Watch(self._relations) if debug else None
                 while self.clock.step < last and not self._interrupted:
@@ -256,8 +262,9 @@ class Analysis:
             if watch is not None:
                 watch.before(relation)
             if relation.role == "exporter":
-                _check_finite(relation)
-            relation.apply(clock)
+                check_finite((relation.part, field) for field in relation.reads)
+            with nullcontext() if watch is None else blamed(relation):
+                relation.apply(clock)
             if watch is not None:
                 watch.after(relation)
         except (NotFinite, DishonestRelation) as error:
@@ -300,9 +307,9 @@ class Analysis:
         return min(ends)
 
     def _save_now(self) -> None:
-        for relation in self.unique:
+        for position, relation in enumerate(self._relations):
             if isinstance(relation, checkpoint.Checkpoint):
-                relation.apply(self.clock)
+                self._apply(position, relation)
 
     @contextmanager
     def _politely(self) -> Iterator[None]:
@@ -326,22 +333,3 @@ class Analysis:
         lines = [f"<Analysis, {len(self._relations)} relations, step {self.clock.step}>"]
         lines += [f"  {number} {relation!r}" for number, relation in enumerate(self._relations)]
         return "\n".join(lines)
-
-
-def _check_finite(relation: Relation) -> None:
-    """What goes into a file must be finite, so that the last good frame stays the last one written."""
-    for field in relation.reads:
-        array = relation.part.store(field.at).get(field)
-        if array.dtype.kind == "f" and not np.isfinite(array).all():
-            raise not_finite(relation.part, field.name, array)
-
-
-def not_finite(part: Part, name: str, array: Any) -> NotFinite:
-    """The error that names the first entry which is not finite."""
-    index = np.argwhere(~np.isfinite(array))[0]
-    node = int(index[0]) if len(index) else None
-    where = "" if node is None or len(array) != len(part) else f" of node {node} at {part.positions[node].tolist()}"
-    return NotFinite(
-        f"'{name}'{where} in part '{part.name}' is {array[tuple(index)]}: look at the loads and the time step "
-        "there; files written so far are good"
-    )

@@ -11,14 +11,15 @@ import json
 import os
 import re
 import types
-import zipfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rbs_core.errors import BadCheckpoint, BadInput
 from rbs_core.geometry import Everywhere
+from rbs_core.honesty import check_finite
 from rbs_core.part import Part
 from rbs_core.relation import Relation
 from rbs_core.trigger import Clock, Trigger, always
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
     from rbs_core.analysis import Analysis
 
 FORMAT = 1
+# Globals of a function that belong to what it computes; modules and classes do not.
+_PLAIN = (bool, int, float, complex, str, list, tuple, np.generic, np.ndarray, types.FunctionType)
 
 
 class Checkpoint(Relation):
@@ -49,7 +52,18 @@ class Checkpoint(Relation):
         self._analysis: Analysis | None = None
 
     def bind(self, analysis: Analysis) -> None:
-        """Called by the analysis that it will save."""
+        """Called by the analysis that it will save.
+
+        Raises:
+            BadInput: if relations of another kind stand behind it: a resumed run would leave out the rest of a step.
+        """
+        place = analysis.relations.index(self)
+        behind = [relation for relation in analysis.relations[place:] if not isinstance(relation, Checkpoint)]
+        if behind:
+            raise BadInput(
+                f"relation {place} (Checkpoint) stands before {behind[0].label}: it saves the state between two steps, "
+                "so put it at the end of the list"
+            )
         self._analysis = analysis
 
     def attach(self) -> None:
@@ -57,6 +71,7 @@ class Checkpoint(Relation):
 
     def apply(self, clock: Clock) -> None:
         if self._analysis is not None:
+            check_finite(self._analysis.plan.carried)
             save(self.path, self._analysis)
 
     @property
@@ -86,9 +101,11 @@ def save(path: Path, analysis: Analysis) -> None:
     for part, field in analysis.plan.carried:
         arrays[f"field/{part.name}/{field.name}"] = part[field]
     states: dict[str, Any] = {}
-    for key, relation in _with_state(analysis):
-        states[key] = {}
-        for name, value in relation.state().items():
+    for key, relation in _keyed(analysis):
+        state = relation.state()
+        if state:
+            states[key] = {}
+        for name, value in state.items():
             if isinstance(value, np.ndarray):
                 arrays[f"state/{key}/{name}"] = value
             else:
@@ -99,6 +116,7 @@ def save(path: Path, analysis: Analysis) -> None:
         "step": clock.step,
         "dt": clock.dt.hex(),
         "states": states,
+        "arrays": sorted(arrays),
         "fingerprint": fingerprint(analysis, clock.dt),
     }
     path = Path(path)
@@ -125,21 +143,13 @@ def load(path: str | Path, analysis: Analysis, dt: float) -> bool:
     path = Path(path)
     if not path.exists():
         return False
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-        meta = json.loads(str(arrays.pop("meta")))
-        if meta["format"] != FORMAT:
-            raise BadCheckpoint(f"{path} has format {meta['format']}, this version reads {FORMAT}: start again")
-        difference = _difference(meta["fingerprint"], fingerprint(analysis, dt))
-    except (OSError, KeyError, ValueError, TypeError, zipfile.BadZipFile) as error:
-        if isinstance(error, BadCheckpoint):
-            raise
-        raise BadCheckpoint(f"{path} is damaged or no checkpoint ({error}): delete it and start again") from None
+    meta, arrays = _read(path)
+    difference = _difference(meta["fingerprint"], fingerprint(analysis, dt))
     wanted = {f"field/{part.name}/{field.name}": (part, field) for part, field in analysis.plan.carried}
-    found = {name for name in arrays if name.startswith("field/")}
-    if difference is None and found != set(wanted):
-        difference = f"carried fields {sorted(found ^ set(wanted))}"
+    found = {name: array.shape for name, array in arrays.items() if name.startswith("field/")}
+    missed = found.items() ^ {(name, part[field].shape) for name, (part, field) in wanted.items()}
+    if difference is None and missed:
+        difference = f"carried fields {sorted({name for name, _ in missed})}"
     if difference is not None:
         raise BadCheckpoint(
             f"{path} belongs to another scene, which differs in {difference}: delete the file, or run the scene that "
@@ -147,7 +157,7 @@ def load(path: str | Path, analysis: Analysis, dt: float) -> bool:
         )
     for name, (part, field) in wanted.items():
         part[field][...] = arrays[name]
-    for key, relation in _with_state(analysis):
+    for key, relation in _keyed(analysis):
         if key in meta["states"]:
             prefix = f"state/{key}/"
             kept = {name[len(prefix) :]: a for name, a in arrays.items() if name.startswith(prefix)}
@@ -158,20 +168,41 @@ def load(path: str | Path, analysis: Analysis, dt: float) -> bool:
     return True
 
 
-def _with_state(analysis: Analysis) -> list[tuple[str, Relation]]:
-    """The relations that keep something privately, each with a key that the resumed scene gives it too."""
+def _read(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """What a file says, and its arrays.
+
+    Raises:
+        BadCheckpoint: if it cannot be read, or not all of it is there.
+    """
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+        meta = json.loads(str(arrays.pop("meta")))
+        version, whole = meta["format"], meta["format"] != FORMAT or sorted(arrays) == meta["arrays"]
+    except Exception as error:  # numpy, zipfile and json raise a dozen kinds on damaged files
+        raise BadCheckpoint(
+            f"{path} is damaged or no checkpoint ({error or type(error).__name__}): delete it and start again"
+        ) from None
+    if version != FORMAT:
+        raise BadCheckpoint(f"{path} has format {version}, this version reads {FORMAT}: delete it and start again")
+    if not whole:
+        raise BadCheckpoint(f"{path} is damaged (arrays are missing): delete it and start again")
+    return meta, arrays
+
+
+def _keyed(analysis: Analysis) -> list[tuple[str, Relation]]:
+    """The relations, each with a key that the resumed scene gives it too."""
     counts: dict[str, int] = {}
     keyed = []
     for relation in analysis.unique:
-        if relation.state():
-            number = counts[relation.label] = counts.get(relation.label, -1) + 1
-            keyed.append((f"{relation.label}#{number}", relation))
+        number = counts[relation.label] = counts.get(relation.label, -1) + 1
+        keyed.append((f"{relation.label}#{number}", relation))
     return keyed
 
 
 def fingerprint(analysis: Analysis, dt: float) -> dict[str, str]:
     """What makes a scene the same scene: physics, nodes, bonds and given fields. Exporters do not count."""
-    print_: dict[str, str] = {"time step": dt.hex()}
+    print_: dict[str, str] = {"time step": f"{dt!r} s"}
     physics = [r for r in analysis.relations if r.role not in ("exporter", "checkpoint")]
     for number, relation in enumerate(physics):
         parameters = ", ".join(f"{name}={_describe(value)}" for name, value in relation.parameters.items())
@@ -183,9 +214,18 @@ def fingerprint(analysis: Analysis, dt: float) -> dict[str, str]:
         print_[f"nodes of '{part.name}'"] = str(len(part))
         if part.connected:
             print_[f"bonds of '{part.name}'"] = _digest(*part.bonds.as_rows())
+    return {**print_, **analysis.given}
+
+
+def given_values(analysis: Analysis) -> dict[str, str]:
+    """Digests of what the script has set, fields and cut bonds: to be taken before the first step changes them."""
+    print_: dict[str, str] = {}
+    for part in analysis.parts:
         for field in sorted(part.fields, key=lambda f: f.name):
-            if (part, field) not in analysis.plan.changed and field in part.store(field.at).given:
+            if field in part.store(field.at).given:
                 print_[f"field '{field.name}' of '{part.name}'"] = _digest(part[field])
+        if part.connected and part.bonds.has_broken:
+            print_[f"broken bonds of '{part.name}'"] = _digest(part.bonds.intact)
     return print_
 
 
@@ -203,15 +243,29 @@ def _digest(*arrays: Any) -> str:
     return digest.hexdigest()
 
 
-def _describe(value: Any) -> str:
-    """A text that is the same in every process."""
+def _describe(value: Any, outer: tuple[Any, ...] = ()) -> str:
+    """A text that is the same in every process, and another one for a function that computes something else."""
+    if any(value is each for each in outer):
+        return "itself"
+    inner = (*outer, value)
+    value = getattr(value, "py_func", value)  # what a jitted function was made from
     if isinstance(value, np.ndarray):
         return _digest(value)
     if isinstance(value, types.FunctionType):
-        code = value.__code__
-        return f"{value.__qualname__}:{_digest(np.frombuffer(code.co_code, np.uint8))}:{code.co_consts!r}".split(" at 0x")[0]
+        names = value.__code__.co_names
+        numbers = [value.__globals__[n] for n in names if isinstance(value.__globals__.get(n), _PLAIN)]
+        defaults = (value.__defaults__, value.__kwdefaults__)
+        cells = [cell.cell_contents for cell in value.__closure__ or ()]
+        text = _describe((value.__code__, defaults, numbers, cells), inner)
+        return f"{value.__qualname__}:{_digest(np.frombuffer(text.encode(), np.uint8))}"
+    if isinstance(value, types.CodeType):
+        return _describe((np.frombuffer(value.co_code, np.uint8), value.co_names, value.co_consts), inner)
     if isinstance(value, Relation):
         return value.label
     if isinstance(value, list | tuple):
-        return "(" + ", ".join(_describe(item) for item in value) + ")"
+        return "(" + ", ".join(_describe(item, inner) for item in value) + ")"
+    if isinstance(value, set | frozenset):
+        return "{" + ", ".join(sorted(_describe(item, inner) for item in value)) + "}"
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key!r}: {_describe(item, inner)}" for key, item in value.items()) + "}"
     return re.sub(r" at 0x[0-9a-f]+", "", repr(value))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rbs_core.errors import BadInput, FieldClash, MissingField
+from rbs_core.space.checks import as_real
 
 PLACES = ("node", "bond", "part")
 SHAPES = ("scalar", "vector", "tensor")
@@ -126,9 +127,10 @@ class FieldStore:
         """Sets every entry: a number, one entry, or one entry per item.
 
         Raises:
-            BadInput: on a wrong shape, or on NaN or infinity (named with its index); nothing is changed then.
+            BadInput: on a wrong shape, on what is no number or does not fit the type of the field, or on NaN or
+                infinity (named with its index); nothing is changed then.
         """
-        values = np.asarray(value, dtype=field.dtype)
+        values = self._converted(field, value)
         try:
             values = np.broadcast_to(values, self.shape(field))
         except ValueError:
@@ -143,6 +145,18 @@ class FieldStore:
             )
         self.allocate(field)[...] = values
         self.given.add(field)
+
+    def _converted(self, field: Field, value: ArrayLike) -> NDArray[Any]:
+        """The numbers in the type of the field: refused where that would change them, e.g. half a bond."""
+        given = as_real(value, f"{self.owner}: '{field.name}'")
+        if np.dtype(field.dtype).kind == "f":
+            return given.astype(field.dtype, copy=False)
+        whole = np.isfinite(given)
+        with np.errstate(invalid="ignore"):  # what does not fit is refused below
+            values = np.where(whole, given, 0).astype(field.dtype)
+        if not (whole & (values == given)).all():
+            raise BadInput(f"{self.owner}: '{field.name}' holds {field.dtype} numbers, and some given ones are not")
+        return values
 
     def keep(self, mask: NDArray[np.bool_]) -> None:
         """Drops the entries where the mask is False, in every field."""

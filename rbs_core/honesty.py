@@ -1,17 +1,60 @@
-"""Watch: catches relations that do something else than their contracts say. Slow: for debugging and conformance."""
+"""What must not happen during a run: numbers that are not finite, relations that break their contracts.
+
+Watching contracts is slow: for debugging and the conformance suite.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rbs_core.errors import DishonestRelation
+from rbs_core.errors import DishonestRelation, NotFinite
 from rbs_core.fields import Field
 from rbs_core.part import Part
 from rbs_core.relation import Relation
+
+
+def check_finite(keys: Iterable[tuple[Part, Field]]) -> None:
+    """What goes into a file must be finite, so that the last good frame stays the last one written.
+
+    Raises:
+        NotFinite: names the first entry which is not.
+    """
+    for part, field in keys:
+        array = part.store(field.at).get(field)
+        if array.dtype.kind == "f" and not np.isfinite(array).all():
+            raise not_finite(part, field.name, array)
+
+
+def not_finite(part: Part, name: str, array: Any) -> NotFinite:
+    """The error that names the first entry which is not finite."""
+    index = np.argwhere(~np.isfinite(array))[0]
+    node = int(index[0]) if len(index) else None
+    where = "" if node is None or len(array) != len(part) else f" of node {node} at {part.positions[node].tolist()}"
+    return NotFinite(
+        f"'{name}'{where} in part '{part.name}' is {array[tuple(index)]}: look at the loads and the time step "
+        "there; files written so far are good"
+    )
+
+
+@contextmanager
+def blamed(relation: Relation) -> Iterator[None]:
+    """Turns a refused store into a read-only array, of numpy or numba, into the error that names the relation."""
+    try:
+        yield
+    except Exception as error:
+        refused = [line.strip() for line in str(error).splitlines() if re.search("read-?only", line)]
+        if not refused:
+            raise
+        raise DishonestRelation(
+            f"{relation.label} stores into a field that its contract only reads ({refused[0]}): name the field under "
+            f"updates or adds of {type(relation).__name__}"
+        ) from error
 
 
 class Watch:
@@ -29,7 +72,8 @@ class Watch:
         """Fills what the relation will write with NaN and remembers everything else."""
         for field in relation.writes:
             array = relation.part.store(field.at).get(field)
-            array[...] = np.nan if array.dtype.kind == "f" else np.iinfo(array.dtype).max
+            if array.dtype.kind in "fiu":
+                array[...] = np.nan if array.dtype.kind == "f" else np.iinfo(array.dtype).max
         self._before = {(part, field): part[field].copy() for part in self._parts for field in part.fields}
 
     def after(self, relation: Relation) -> None:
@@ -45,6 +89,8 @@ class Watch:
                 )
         for field in relation.writes:
             array = relation.part[field]
+            if array.dtype.kind not in "fiu":
+                continue  # no value of a bool means "unset"
             unset = np.isnan(array) if array.dtype.kind == "f" else array == np.iinfo(array.dtype).max
             if unset.any():
                 raise DishonestRelation(

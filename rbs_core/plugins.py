@@ -59,9 +59,17 @@ class Registry:
 
     def register(self, plugin: Any, name: str | None = None) -> None:
         """Adds a module or object with `@hookimpl` functions."""
-        registered = self.manager.register(plugin, name)
+        try:
+            registered = self.manager.register(plugin, name)
+        except pluggy.PluginValidationError:
+            if self.manager.is_registered(plugin):
+                self.manager.unregister(plugin)  # older pluggy keeps the hooks before the bad one
+            raise
         if registered is not None:
             self.sources[registered] = getattr(plugin, "__file__", None) or repr(plugin)
+        for hook in self.manager.get_hookcallers(plugin) or []:
+            if not hook.has_spec() and not all(each.optionalhook for each in hook.get_hookimpls()):
+                warnings.warn(f"plugin '{registered}' has a hook {hook.name}, which nobody calls: misspelt?", stacklevel=2)
 
     def relations(self) -> dict[str, type[Relation]]:
         """Every relation class by name.

@@ -35,29 +35,32 @@ class Relation:
         when: trigger; every step if not given.
 
     A subclass declares its fields (class attributes, or instance attributes and properties where they depend on the
-    arguments), fetches arrays by `self[field]` in `attach`, and works in `apply`. `example` holds keyword arguments of
-    a typical instance: the conformance suite builds one from it.
+    arguments), fetches arrays by `self[field]` in `attach`, and works in `apply`.
+
+    `example` says how to make a typical instance, for the conformance suite: keyword arguments beside the part, or,
+    where they depend on the part, a static method that takes a connected part and returns them (None for a part that
+    the relation is not made for). Relations among the arguments run in front of this one.
     """
 
     role: ClassVar[str] = "relation"
-    example: ClassVar[dict[str, Any] | None] = None
+    example: ClassVar[Any] = None
     reads: Fields = ()
     writes: Fields = ()
     updates: Fields = ()
     adds: Fields = ()
     offers: Fields = ()
 
-    _arguments: dict[str, Any]
+    _given_arguments: dict[str, Any]
 
     def __new__(cls, *args: Any, **kwargs: Any) -> Relation:
         """Remembers the arguments, for `repr` and for the fingerprint of a checkpoint."""
         made = super().__new__(cls)
         bound = inspect.signature(cls.__init__).bind(made, *args, **kwargs)
-        named = {}
+        named: dict[str, Any] = {}
         for name, value in list(bound.arguments.items())[1:]:
             kind = bound.signature.parameters[name].kind
             named.update(value if kind is inspect.Parameter.VAR_KEYWORD else {name: value})
-        made._arguments = named
+        made._given_arguments = named
         return made
 
     def __init__(self, part: Part, *, when: Trigger = always) -> None:
@@ -132,8 +135,7 @@ class Relation:
         if self._changed is None or field in self._changed:
             return None
         array = self[field]
-        first = array.flat[0]
-        return float(first) if (array == first).all() else None
+        return float(array.flat[0]) if array.size and (array == array.flat[0]).all() else None
 
     def wants(self, field: Field) -> bool:
         """True if some relation of the scene reads this offer."""
@@ -153,7 +155,7 @@ class Relation:
     @property
     def parameters(self) -> dict[str, Any]:
         """The arguments that were given, without the part."""
-        return {name: value for name, value in self._arguments.items() if not isinstance(value, Part)}
+        return {name: value for name, value in self._given_arguments.items() if not isinstance(value, Part)}
 
     def __repr__(self) -> str:
         given = "".join(f", {name}={_short(value)}" for name, value in self.parameters.items())

@@ -37,7 +37,7 @@ class Report:
         time: simulated time reached, s.
         seconds: wall time of the steps, s.
         prepare_seconds: wall time of checking, allocating and compiling, s.
-        stopped: "finished" or "interrupted".
+        stopped: "finished", "interrupted", or "failed" where the run ended in an error.
         nbytes: memory of all fields and bonds, bytes.
     """
 

@@ -9,6 +9,9 @@ from dataclasses import dataclass
 
 from rbs_core.errors import BadInput
 
+# Times that differ by round-off are the same: at(k * dt) means step k, however the product was rounded.
+SLACK = 1e-12
+
 
 @dataclass
 class Clock:
@@ -85,8 +88,7 @@ def at(times: float | Iterable[float]) -> Trigger:
         raise BadInput(f"at({moments}): times must be finite and not negative")
 
     def reached(clock: Clock) -> bool:
-        # half a rounding step of slack, so that at(k * dt) means step k
-        now, before = clock.time * (1 + 1e-12), (clock.step - 1) * clock.dt * (1 + 1e-12)
+        now, before = clock.time * (1 + SLACK), (clock.step - 1) * clock.dt * (1 + SLACK)
         return any(before < t <= now or (t == 0.0 and clock.step == 1) for t in moments)
 
     return Trigger(reached, f"at({moments})")
@@ -96,21 +98,22 @@ def between(start: float, end: float) -> Trigger:
     """While start <= time <= end, in s."""
     if not start <= end:
         raise BadInput(f"between({start}, {end}): the start must not be after the end")
-    return Trigger(lambda clock: start <= clock.time <= end, f"between({start}, {end})")
+    return Trigger(lambda clock: start * (1 - SLACK) <= clock.time <= end * (1 + SLACK), f"between({start}, {end})")
 
 
 def realtime(seconds: float) -> Trigger:
-    """At most once in so many seconds of wall time, e.g. for checkpoints."""
+    """At most once in so many seconds of wall time, e.g. for checkpoints; in one step it says the same to everybody."""
     if not seconds > 0:
         raise BadInput(f"realtime({seconds}): the seconds must be positive")
     previous = _time.monotonic()
+    asked, answer = -1, False
 
     def due(clock: Clock) -> bool:
-        nonlocal previous
-        now = _time.monotonic()
-        if now - previous < seconds:
-            return False
-        previous = now
-        return True
+        nonlocal previous, asked, answer
+        if clock.step != asked:
+            now = _time.monotonic()
+            asked, answer = clock.step, now - previous >= seconds
+            previous = now if answer else previous
+        return answer
 
     return Trigger(due, f"realtime({seconds})")

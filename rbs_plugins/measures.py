@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from rbs_core import BadInput, Measure, Part, Trigger, always
 from rbs_core.trigger import Clock
 from rbs_plugins import loops
+from rbs_plugins.constitutive.bond_based import BondBased
 from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.fields import (
     density,
@@ -50,6 +52,11 @@ class StrainEnergy(Measure):
     """
 
     writes = (strain_energy_density, strain_energy)
+
+    @staticmethod
+    def example(part: Part) -> dict[str, Any]:
+        """The energy of a linear material."""
+        return {"forces": [BondBased(part, E=1e9)]}
 
     def __init__(self, part: Part, forces: Sequence[PairwiseForce], *, when: Trigger = always) -> None:
         super().__init__(part, when=when)

@@ -108,6 +108,8 @@ class Part:
             BadInput: on a wrong shape, a node outside of the geometry, or a volume that is not positive.
         """
         self._across(thickness, area)
+        if spacing is not None and not (np.isfinite(spacing) and spacing > 0):
+            raise BadInput(f"part '{self.name}': spacing={spacing} must be positive and finite")
         positions = np.atleast_1d(np.asarray(points, np.float64))
         if positions.ndim == 1:
             positions = positions[:, None] if self.dimension == 1 else positions[None, :]

@@ -31,8 +31,9 @@ def lattice_rows(
     Returns:
         offsets (n+1,), neighbors (m,), inverse reference lengths (m,) in 1/m.
     """
-    reach = int(horizon / spacing * (1 + TOLERANCE))
-    axes = [np.arange(-reach, reach + 1) if axis < len(shape) else np.zeros(1, np.int64) for axis in range(3)]
+    # no further than the grid is long, so that a huge horizon (metres for millimetres) costs no memory
+    reach = [int(min(horizon / spacing * (1 + TOLERANCE), cells - 1)) for cells in (*shape, 1, 1)[:3]]
+    axes = [np.arange(-steps, steps + 1) for steps in reach]
     dz, dy, dx = (a.ravel() for a in np.meshgrid(axes[2], axes[1], axes[0], indexing="ij"))
     squared = dx * dx + dy * dy + dz * dz
     near = (squared > 0) & (squared <= (horizon / spacing * (1 + TOLERANCE)) ** 2)

@@ -30,10 +30,16 @@ class Node:
         self.index = int(index) % len(part)
 
     def __getitem__(self, field: Field) -> Any:
-        return self.part[field][self.index]
+        return self._array(field)[self.index]
 
     def __setitem__(self, field: Field, value: ArrayLike) -> None:
-        self.part[field][self.index] = value
+        self._array(field)[self.index] = value
+
+    def _array(self, field: Field) -> NDArray[Any]:
+        if field.at != "node":
+            other = "node.neighborhood[...]" if field.at == "bond" else "part[...]"
+            raise BadInput(f"'{field.name}' lives at the {field.at}, not at a node: ask for {other}")
+        return self.part[field]
 
     @property
     def neighborhood(self) -> Neighborhood:
@@ -73,11 +79,13 @@ class Neighborhood:
         """Entries of a bond field for these bonds, or of a node field at the neighbors (a copy)."""
         if field.at == "bond":
             return np.asarray(self.part[field][self.part.bonds.family(self.index)])
+        if field.at != "node":
+            raise BadInput(f"'{field.name}' lives at the part, not at its nodes: ask for part[...]")
         return np.asarray(self.part[field][self.neighbors])
 
     def __setitem__(self, field: Field, value: ArrayLike) -> None:
         if field.at != "bond":
-            raise BadInput(f"'{field.name}' belongs to the nodes: assign through the node, not the neighborhood")
+            raise BadInput(f"'{field.name}' lives at the {field.at}: assign through that, not through the neighborhood")
         self.part[field][self.part.bonds.family(self.index)] = value
 
     def reach(self, walks: int = 2) -> NDArray[np.int64]:

@@ -55,10 +55,10 @@ class Values:
 
     def _components(self, given: Any) -> Sequence[Any]:
         dimension = self._positions.shape[1]
-        if dimension == 1 and not isinstance(given, list | tuple):
-            return [given]
         if isinstance(given, np.ndarray) and given.shape == self._positions.shape:
             return list(given.T)
+        if dimension == 1 and not isinstance(given, list | tuple):
+            return [given]
         try:
             components = list(given)
         except TypeError:

@@ -30,6 +30,11 @@ from rbs_plugins.loops.nodes import add
 from rbs_plugins.loops.pairwise import Recipe, build
 
 
+def hardening(stretch, c):
+    """A bond that gets stiffer as it is stretched: the law of the example."""
+    return c * stretch * (1.0 + stretch * stretch)
+
+
 class PairwiseForce(Constitutive):
     """Bonds whose pairwise force f (N/m^6) along the deformed bond is a plain function.
 
@@ -53,7 +58,7 @@ class PairwiseForce(Constitutive):
     """
 
     adds = (force_density,)
-    example = None
+    example = {"law": hardening, "c": 1e18}
 
     def __init__(
         self,

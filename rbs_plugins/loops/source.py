@@ -13,7 +13,12 @@ import types
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 STRICT = "@njit(error_model='numpy', forceinline=True)"
+# Before every name that a law takes from outside: a helper of the user must not replace a function of the loops.
+OWN = "own_"
+NUMBERS = (bool, int, float, np.bool_, np.integer, np.floating)
 
 
 def plain(function: Any) -> Callable[..., Any]:
@@ -43,27 +48,42 @@ def _collect(name: str, function: Any, pieces: dict[str, str], busy: set[int]) -
     tree = _definition(function)
     if tree is None or id(function) in busy:
         return False
+    if name.startswith(OWN) and not _add_defaults(tree, function):
+        return False
     tree.name = name
     scope = {**function.__globals__, **_closure(function)}
-    for needed in sorted(_free_names(tree)):
+    outer = _free_names(tree)
+    for needed in sorted(outer):
         if needed in scope:
-            if not _collect_value(needed, scope[needed], pieces, busy | {id(function)}):
+            if not _collect_value(OWN + needed, scope[needed], pieces, busy | {id(function)}):
                 return False
         elif not hasattr(builtins, needed):
             return False
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name) and node.id in outer & scope.keys():
+            node.id = OWN + node.id
     return _add(name, f"{STRICT}\n{ast.unparse(tree)}", pieces)
 
 
 def _collect_value(name: str, value: Any, pieces: dict[str, str], busy: set[int]) -> bool:
     if isinstance(value, types.ModuleType):
         return _add(name, f"import {value.__name__} as {name}", pieces)
-    if isinstance(value, bool | int | float):
-        return _add(name, f"{name} = {value!r}", pieces)
+    if isinstance(value, NUMBERS):
+        return _add(name, f"{name} = {_literal(value)}", pieces)
     if isinstance(plain(value), types.FunctionType):
         return _collect(name, plain(value), pieces, busy)
     if isinstance(value, types.BuiltinFunctionType) and getattr(value, "__module__", None) == "math":
         return _add(name, f"from math import {value.__name__} as {name}", pieces)
     return False
+
+
+def _literal(value: Any) -> str:
+    """A number as text that gives it back; what numpy and infinity print would not."""
+    if isinstance(value, bool | np.bool_):
+        return repr(bool(value))
+    if isinstance(value, int | np.integer):
+        return repr(int(value))
+    return repr(float(value)) if np.isfinite(value) else f"float('{float(value)}')"
 
 
 def _add(name: str, text: str, pieces: dict[str, str]) -> bool:
@@ -80,19 +100,34 @@ def _free_names(tree: ast.FunctionDef) -> set[str]:
     """Names that the body takes from outside."""
     used = {n.id for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
     own = {n.id for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
-    return used - own - {a.arg for a in tree.args.args}
+    inner = {n.name for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)}
+    return used - own - inner - {n.arg for n in ast.walk(tree) if isinstance(n, ast.arg)}
+
+
+def _add_defaults(tree: ast.FunctionDef, function: types.FunctionType) -> bool:
+    """Gives a helper its default values (those of a law are parameters); False if no text can say them."""
+    given = [p.default for p in inspect.signature(function).parameters.values()]
+    first = next((i for i, value in enumerate(given) if value is not inspect.Parameter.empty), len(given))
+    if not all(isinstance(value, NUMBERS) for value in given[first:]):
+        return False
+    tree.args.defaults = [ast.parse(_literal(value), mode="eval").body for value in given[first:]]
+    return True
 
 
 def _definition(function: Any) -> ast.FunctionDef | None:
-    """The function as a bare `def`: no decorators, annotations, defaults or docstring."""
+    """The function as a bare `def`: no decorators, annotations, defaults or docstring.
+
+    It is looked for by its code, not by its name: what a decorator returns calls itself what it wraps.
+    """
+    name = function.__code__.co_name
     try:
-        tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
+        tree = ast.parse(textwrap.dedent(inspect.getsource(function.__code__)))
     except (OSError, TypeError, SyntaxError):
         return None
-    if function.__name__ == "<lambda>":
+    if name == "<lambda>":
         return _from_lambda(function, tree)
-    found = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef) and n.name == function.__name__]
-    if not found:
+    found = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef) and n.name == name]
+    if not found or found[0].args.vararg or found[0].args.kwarg:
         return None
     bare = found[0]
     body = bare.body[1:] if ast.get_docstring(bare) is not None else bare.body
@@ -104,7 +139,8 @@ def _from_lambda(function: types.FunctionType, tree: ast.AST) -> ast.FunctionDef
     same = []
     for node in ast.walk(tree):
         if isinstance(node, ast.Lambda):
-            code = eval(compile(ast.Expression(node), "<law>", "eval"), {}).__code__  # noqa: S307  our own user's line
+            bare = ast.fix_missing_locations(ast.Expression(ast.Lambda(_names(node.args), node.body)))
+            code = eval(compile(bare, "<law>", "eval"), {}).__code__  # our own user's line
             if code.co_code == function.__code__.co_code and code.co_consts == function.__code__.co_consts:
                 same.append(node)
     if len({ast.dump(node) for node in same}) != 1:
@@ -113,6 +149,11 @@ def _from_lambda(function: types.FunctionType, tree: ast.AST) -> ast.FunctionDef
 
 
 def _bare(arguments: ast.arguments, body: list[ast.stmt]) -> ast.FunctionDef:
+    tree = ast.FunctionDef(name="law", args=_names(arguments), body=body, decorator_list=[])
+    return ast.fix_missing_locations(tree)
+
+
+def _names(arguments: ast.arguments) -> ast.arguments:
+    """The same argument names, and nothing but names."""
     names = [ast.arg(a.arg) for a in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)]
-    args = ast.arguments(posonlyargs=[], args=names, kwonlyargs=[], kw_defaults=[], defaults=[])
-    return ast.fix_missing_locations(ast.FunctionDef(name="law", args=args, body=body, decorator_list=[]))
+    return ast.arguments(posonlyargs=[], args=names, kwonlyargs=[], kw_defaults=[], defaults=[])

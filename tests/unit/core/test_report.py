@@ -1,0 +1,115 @@
+"""The table of times and the progress line."""
+
+from __future__ import annotations
+
+import io
+import json
+import logging
+
+import pytest
+
+from rbs_core import Report, report
+from rbs_core.report import Progress, Row
+
+
+def example() -> Report:
+    rows = [Row("Kick 'bar'", calls=100, seconds=1.0), Row("BondBased 'bar'", 50, 3.0, items=600_000_000)]
+    return Report(rows, steps=100, step=400, time=2e-6, seconds=4.0, prepare_seconds=0.5, nbytes=3 * 2**20)
+
+
+def test_bonds_per_second():
+    kick, force = example().rows
+    assert kick.rate is None
+    assert force.rate == pytest.approx(200.0)  # million
+    assert Row("never ran", items=0, seconds=0.0).rate is None
+
+
+def test_the_table_says_where_the_time_went():
+    header, kick, force, sentence = str(example()).splitlines()
+    assert header.split() == ["relation", "calls", "seconds", "share", "Mbond/s"]
+    assert kick.split() == ["0", "Kick", "'bar'", "100", "1.000", "25.0%"]
+    assert force.split() == ["1", "BondBased", "'bar'", "50", "3.000", "75.0%", "200.0"]
+    assert sentence == (
+        "100 steps in 4.00 s (prepared in 0.50 s), finished at step 400, time 2e-06 s; fields and bonds hold 3.0 MiB"
+    )
+
+
+def test_columns_are_aligned():
+    lines = str(example()).splitlines()
+    ends = [line.index(word) + len(word) for line, word in zip(lines, ("seconds", "1.000", "3.000"), strict=False)]
+    assert len(set(ends)) == 1
+
+
+def test_a_report_of_nothing_can_be_printed():
+    assert "0 steps in 0.00 s" in str(Report())
+    assert "0.0%" in str(Report([Row("Kick 'bar'")]))
+
+
+def test_plain_numbers_for_a_file():
+    assert json.loads(json.dumps(example().as_dict())) == {
+        "steps": 100,
+        "time": 2e-6,
+        "seconds": 4.0,
+        "prepare_seconds": 0.5,
+        "stopped": "finished",
+        "bytes": 3 * 2**20,
+        "relations": [
+            {"name": "Kick 'bar'", "calls": 100, "seconds": 1.0, "bonds": 0},
+            {"name": "BondBased 'bar'", "calls": 50, "seconds": 3.0, "bonds": 600_000_000},
+        ],
+    }
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_a_plain_line_every_ten_seconds_where_there_is_no_terminal(monkeypatch, caplog):
+    now = 0.0
+    monkeypatch.setattr(report.time, "monotonic", lambda: now)
+    monkeypatch.setattr(report.sys, "stderr", io.StringIO())
+    caplog.set_level(logging.INFO, "rbs")
+    with Progress("plate", 0, 100) as bar:
+        for step, now in ((1, 4.0), (2, 9.9), (4, 10.0), (6, 19.0), (10, 20.0)):  # noqa: B007  the clock reads it
+            bar.show(step, 100)
+    assert [record.getMessage() for record in caplog.records] == [
+        "plate: step 4 of 100, about 240 s left",
+        "plate: step 10 of 100, about 180 s left",
+    ]
+
+
+def test_the_time_left_of_a_resumed_run_counts_from_where_it_began(monkeypatch, caplog):
+    now = 0.0
+    monkeypatch.setattr(report.time, "monotonic", lambda: now)
+    monkeypatch.setattr(report.sys, "stderr", io.StringIO())
+    caplog.set_level(logging.INFO, "rbs")
+    with Progress("plate", 500, 600) as bar:
+        now = 10.0
+        bar.show(550, 600)
+    assert caplog.records[0].getMessage().endswith("about 10 s left")
+
+
+def test_a_bar_on_a_terminal(monkeypatch):
+    now = 0.0
+    screen = Terminal()
+    monkeypatch.setattr(report.time, "monotonic", lambda: now)
+    monkeypatch.setattr(report.sys, "stderr", screen)
+    with Progress("plate", 0, 80) as bar:
+        now = 1.0
+        bar.show(40, 80)
+    assert "plate" in screen.getvalue()
+    assert "40/80" in screen.getvalue()
+
+
+def test_silence_when_switched_off(monkeypatch, caplog):
+    now = 0.0
+    screen = Terminal()
+    monkeypatch.setattr(report.time, "monotonic", lambda: now)
+    monkeypatch.setattr(report.sys, "stderr", screen)
+    caplog.set_level(logging.INFO, "rbs")
+    with Progress("plate", 0, 80, mode=False) as bar:
+        now = 100.0
+        bar.show(40, 80)
+    assert screen.getvalue() == ""
+    assert not caplog.records
