@@ -61,7 +61,13 @@ class CrackTips(rbs.Measure):
         self[tips][:] = (x.min(), x.max()) if len(x) else (0.0, 0.0)
 
 
-def scene(n: int = 500, speed: float = 20.0, out: str | Path = "out/plate_with_crack", frames: int = 50) -> rbs.Analysis:
+def scene(
+    n: int = 500,
+    speed: float = 20.0,
+    partial_volume: str = "none",
+    out: str | Path = "out/plate_with_crack",
+    frames: int = 50,
+) -> rbs.Analysis:
     """The plate with n nodes along each side, its edges moving at `speed` m/s, and `frames` pictures of its state."""
     spacing = SIDE / n
     steps = round(1250 * n / 500)
@@ -75,7 +81,7 @@ def scene(n: int = 500, speed: float = 20.0, out: str | Path = "out/plate_with_c
     plate[density] = RHO
 
     brittle = CriticalStretch(0.04472, within=rbs.Box(size=(SIDE, SIDE / 2)))
-    steel = BondBased(plate, E=E, nu=1 / 3, fracture=brittle)
+    steel = BondBased(plate, E=E, nu=1 / 3, fracture=brittle, partial_volume=partial_volume)
     upper = BoundaryDomain(plate, rbs.HalfSpace((0, +SIDE / 2), normal=(0, +1)), velocity=(None, +speed))
     lower = BoundaryDomain(plate, rbs.HalfSpace((0, -SIDE / 2), normal=(0, -1)), velocity=(None, -speed))
 
