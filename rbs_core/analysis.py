@@ -8,7 +8,6 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 from typing import Any, ClassVar
@@ -17,23 +16,15 @@ import numpy as np
 
 from rbs_core import checkpoint
 from rbs_core.contract import Plan, plan
-from rbs_core.errors import BadInput, DishonestRelation, NotFinite, UnstableStep
+from rbs_core.errors import BadInput, DishonestRelation, NotFinite
 from rbs_core.honesty import Watch, blamed, check_finite
 from rbs_core.honesty import not_finite as not_finite  # for relations that look at their own results
 from rbs_core.part import Part
 from rbs_core.plugins import registry
 from rbs_core.relation import Relation
 from rbs_core.report import Progress, Report, Row
+from rbs_core.stability import UNKNOWN_STEP, largest_stable_step
 from rbs_core.trigger import Clock
-
-
-@dataclass(frozen=True)
-class Limit:
-    """The stable time step, s, and the node that sets it."""
-
-    dt: float
-    part: Part
-    node: int
 
 
 class Analysis:
@@ -142,20 +133,10 @@ class Analysis:
             BadInput: if no relation has a say.
         """
         self.prepare()
-        limit = self._stable()
+        limit = largest_stable_step(self._relations)
         if limit is None:
-            raise BadInput("no relation of this scene knows a stable time step (is a density missing?): give dt")
+            raise BadInput(UNKNOWN_STEP)
         return limit.dt
-
-    def _stable(self) -> Limit | None:
-        limits = []
-        for part in self.parts:
-            bounds = [r.squared_frequency() for r in self.unique if r.part is part]
-            known = [bound for bound in bounds if bound is not None]
-            total = sum(known[1:], known[0]) if known else np.zeros(1)
-            if total.max() > 0:
-                limits.append(Limit(2.0 / math.sqrt(total.max()), part, int(total.argmax())))
-        return min(limits, key=lambda limit: limit.dt, default=None)
 
     # -- running ----------------------------------------------------------------------------------------------------
 
@@ -272,22 +253,17 @@ class Analysis:
             raise type(error)(f"{where}: {error}") from None
 
     def _time_step(self, dt: float | None, force: bool) -> float:
-        limit = None if force and dt is not None else self._stable()
+        limit = None if force and dt is not None else largest_stable_step(self._relations)
         if dt is None:
             if limit is None:
-                raise BadInput("no relation of this scene knows a stable time step (is a density missing?): give dt")
+                raise BadInput(UNKNOWN_STEP)
             dt = self.clock.dt if self.clock.step else 0.8 * limit.dt
         if not (math.isfinite(dt) and dt > 0):
             raise BadInput(f"dt={dt} must be positive and finite")
         if self.clock.step and dt != self.clock.dt:
             raise BadInput(f"this analysis has run {self.clock.step} steps of dt={self.clock.dt!r}: dt cannot change")
         if limit is not None and dt > limit.dt and not force:
-            where = limit.part.positions[limit.node].tolist()
-            raise UnstableStep(
-                f"dt={dt:.6g} s is above the stable step {limit.dt:.6g} s, which node {limit.node} of part "
-                f"'{limit.part.name}' at {where} sets: the run would explode. Take dt={0.8 * limit.dt:.3g} (or leave "
-                "it out), or force_dt=True if you know better"
-            )
+            raise limit.refusal(dt)
         return float(dt)
 
     def _last_step(self, steps: int | None, until: float | None, dt: float) -> int:

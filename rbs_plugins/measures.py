@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rbs_core import BadInput, Measure, Part, Trigger, always
+from rbs_core import BadInput, Field, Measure, Part, Trigger, always
 from rbs_core.trigger import Clock
 from rbs_plugins import loops
 from rbs_plugins.constitutive.bond_based import BondBased
@@ -68,7 +68,7 @@ class StrainEnergy(Measure):
         self._forces = list(forces)
 
     @property
-    def reads(self):  # type: ignore[no-untyped-def]  # noqa: ANN201
+    def reads(self) -> tuple[Field, ...]:  # type: ignore[override]
         """What the forces read, and the state of their bonds."""
         fields = [field for force in self._forces for field in (*force.reads, *force.updates)]
         return tuple(dict.fromkeys([volume, *fields]))

@@ -321,7 +321,7 @@ def check_permutation(relation_class: RelationClass, dimension: int, cloud: str,
 
 def check_threads(relation_class: RelationClass, dimension: int, cloud: str, **arguments: Any) -> None:
     """One thread and two give the same force to the bit."""
-    if numba.config.NUMBA_NUM_THREADS < 2:
+    if getattr(numba.config, "NUMBA_NUM_THREADS", 1) < 2:
         raise NotApplicable("this machine has one core")
     specimen = Specimen(relation_class, body(dimension, cloud, shape=MANY[dimension]), **arguments)
     assert len(specimen.part.bonds) >= SERIAL_BELOW, "too small a body: it would run on one thread anyway"
@@ -341,7 +341,7 @@ def check_energy(relation_class: RelationClass, dimension: int, cloud: str, **ar
     """Forces are what the energy says: f V = −dU/du for every component of every node, by central differences.
 
     The step is 1e-4 of the displacement: the neglected third derivative is then 1e-8 of the force, round-off of the
-    energy 1e-7; a law with a kink adds at most 1e-6, from the few bonds within a step of it. A potential of another law,
+    energy 1e-7; a kink of the law adds at most 1e-6, from the few bonds within a step of it. A potential of another law,
     or a factor 2, is off by far more than the 1e-5 that is asked for.
     """
     specimen = Specimen(relation_class, body(dimension, cloud), **arguments)

@@ -129,5 +129,5 @@ def _pulled(
         BoundaryDomain(part, lambda points: points[:, -1] > high - grip, velocity=tuple(above)),
     ]
     relations = VelocityVerlet(part).step([force], ends)
-    # half the time in which the fastest wave (in 3-D, of speed sqrt(1.2 E / rho) at a Poisson's ratio of 1/4) passes a cell
+    # half the time in which the fastest wave, sqrt(1.2 E / rho) in 3-D with a Poisson's ratio of 1/4, passes a cell
     return Scene(part, force, ends, relations, dt=0.5 * part.spacing / (1.2 * E / RHO) ** 0.5)

@@ -195,7 +195,8 @@ class BondList(Bonds):
         if isinstance(surface, Surface):
             low, high = (np.asarray(b) for b in surface.bounds)
             reach = self.horizon * (1 + 1e-6) + 1e-8 * float((high - low).max())  # surfaces reach a little beyond
-            near = ((self._positions >= low - reach) & (self._positions <= high + reach)).all(axis=1)
+            above, below = self._positions >= low - reach, self._positions <= high + reach
+            near = np.asarray((above & below).all(axis=1))
         candidates = np.flatnonzero(near)
         if not len(candidates):
             return

@@ -23,7 +23,8 @@ class BoundaryDomain(Boundary):
         region: geometry, mask (n,), indices, or function of the positions.
         velocity: m/s. Stands between kick and drift; a function of time is taken at mid-step there (so the drift is of
             second order), and at the end of the step where the domain is listed a second time.
-        displacement: m. Sets the velocity with which the drift of this step arrives there.
+        displacement: m. Sets the velocity with which the drift of this step arrives there; where the domain is listed a
+            second time, that of the end of the step, by a central difference of what is prescribed.
         force: N, in total on the region, shared out by volume.
         body_force: N/m^3.
         when: trigger.
@@ -99,8 +100,10 @@ class BoundaryDomain(Boundary):
             self._v, self._mass = self[velocity], self[density][self.nodes] * self._size
         else:
             self._f = self[force_density]
+
+    def begin(self, clock: Clock) -> None:
         if self._works and not self._before:
-            start = self._v[self.nodes] if self.moves else self._load(0.0)
+            start = self._v[self.nodes] if self.moves else self._load(clock.time)
             self._before = {"path": self._u[self.nodes], "value": np.array(start)}
 
     def apply(self, clock: Clock) -> None:
@@ -123,10 +126,11 @@ class BoundaryDomain(Boundary):
         """Velocities to set: (axis, values)."""
         if self.kind == "velocity":
             return self._values.at(clock.time if again else clock.time - 0.5 * clock.dt)
-        if not again:
-            goal = self._values.at(clock.time)
-            self._reach = [(axis, (there - self._u[self.nodes, axis]) / clock.dt) for axis, there in goal]
-        return self._reach
+        if again:  # at the end of the step: the mean of the step before and the step to come, both as prescribed
+            past, future = (dict(self._values.at(clock.time + shift)) for shift in (-clock.dt, clock.dt))
+            return [(axis, (future[axis] - past[axis]) / (2.0 * clock.dt)) for axis in future]
+        goal = self._values.at(clock.time)
+        return [(axis, (there - self._u[self.nodes, axis]) / clock.dt) for axis, there in goal]
 
     def _load(self, time: float) -> NDArray[np.float64]:
         """(k, d) force per volume on the nodes."""

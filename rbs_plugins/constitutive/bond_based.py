@@ -74,6 +74,7 @@ class BondBased(PairwiseForce):
 
     law = staticmethod(linear)
     potential: Any = staticmethod(linear_potential)
+    own_parameters = ("c",)
     example = {"E": 1e9}
 
     def __init__(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -39,13 +39,30 @@ class Criterion:
         function: e.g. `def fails(stretch, s0): return stretch > s0`. Both ends of a bond ask it, so it must give the
             same answer from either end.
         within: only bonds with both ends in this geometry may break; all if not given.
+        release: "at once" (a failing bond carries no force any more) or "next step" (it carries its force until the end
+            of the step in which it fails, as in programs that test for failure behind the sum of forces; that costs
+            more energy, in proportion to the time step).
         **parameters: numbers that the function asks for.
+
+    Raises:
+        BadInput: if `within` is no geometry, or on an unknown release.
     """
 
-    def __init__(self, function: Callable[..., Any], *, within: Geometry | None = None, **parameters: float) -> None:
+    RELEASES = ("at once", "next step")
+
+    def __init__(
+        self,
+        function: Callable[..., Any],
+        *,
+        within: Geometry | None = None,
+        release: str = "at once",
+        **parameters: float,
+    ) -> None:
         if within is not None and not isinstance(within, Geometry):
             raise BadInput(f"{type(self).__name__}: within={within!r} must be a geometry such as Box")
-        self.function, self.within, self._parameters = function, within, parameters
+        if release not in self.RELEASES:
+            raise BadInput(f"{type(self).__name__}: release={release!r} must be one of {', '.join(self.RELEASES)}")
+        self.function, self.within, self.release, self._parameters = function, within, release, parameters
 
     def parameters(self, force: PairwiseForce) -> dict[str, float]:
         """The numbers of the function, for the force that it belongs to."""
@@ -62,8 +79,12 @@ class Criterion:
 
     def __repr__(self) -> str:
         given = "".join(f", {name}={value!r}" for name, value in self._parameters.items())
+        return f"{type(self).__name__}({self.function.__name__}{given}{self._options})"
+
+    @property
+    def _options(self) -> str:
         region = "" if self.within is None else f", within={self.within!r}"
-        return f"{type(self).__name__}({self.function.__name__}{given}{region})"
+        return region if self.release == "at once" else f"{region}, release={self.release!r}"
 
 
 class CriticalStretch(Criterion):
@@ -75,12 +96,13 @@ class CriticalStretch(Criterion):
         mode: "tension", "compression" or "both".
         compression: critical shortening for "both", positive; as s0 if not given.
         within: only bonds with both ends in this geometry may break.
+        release: "at once" or "next step", see Criterion.
 
     Raises:
         BadInput: unless exactly one of s0 and fracture_energy is given and positive, or on an unknown mode.
     """
 
-    MODES = {"tension": beyond_tension, "compression": beyond_compression, "both": beyond_both}
+    MODES: ClassVar[dict[str, Callable[..., Any]]] = {"tension": beyond_tension, "compression": beyond_compression, "both": beyond_both}
 
     def __init__(
         self,
@@ -90,6 +112,7 @@ class CriticalStretch(Criterion):
         mode: str = "tension",
         compression: float | None = None,
         within: Geometry | None = None,
+        release: str = "at once",
     ) -> None:
         if mode not in self.MODES:
             raise BadInput(f"CriticalStretch: mode={mode!r} must be one of {', '.join(self.MODES)}")
@@ -100,7 +123,7 @@ class CriticalStretch(Criterion):
         for name, value in (("s0", s0), ("fracture_energy", fracture_energy), ("compression", compression)):
             if value is not None and not (np.isfinite(value) and value > 0):
                 raise BadInput(f"CriticalStretch: {name}={value} must be positive and finite")
-        super().__init__(self.MODES[mode], within=within)
+        super().__init__(self.MODES[mode], within=within, release=release)
         self.s0, self.fracture_energy, self.mode, self.compression = s0, fracture_energy, mode, compression
 
     def parameters(self, force: PairwiseForce) -> dict[str, float]:
@@ -115,8 +138,7 @@ class CriticalStretch(Criterion):
     def __repr__(self) -> str:
         limit = f"{self.s0!r}" if self.s0 is not None else f"fracture_energy={self.fracture_energy!r}"
         more = "" if self.compression is None else f", compression={self.compression!r}"
-        region = "" if self.within is None else f", within={self.within!r}"
-        return f"CriticalStretch({limit}, mode={self.mode!r}{more}{region})"
+        return f"CriticalStretch({limit}, mode={self.mode!r}{more}{self._options})"
 
 
 class Damage(Measure):

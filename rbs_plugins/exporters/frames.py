@@ -50,11 +50,11 @@ class FrameExporter(Exporter):
     def attach(self) -> None:
         writable_folder(self.path.parent)
 
-    def positions(self) -> NDArray[np.float64]:
-        """(n, 3) positions in the configuration of this exporter, in world coordinates, m."""
+    def positions(self, scale: float = 1.0) -> NDArray[np.float64]:
+        """(n, 3) positions in the configuration of this exporter, displaced so many times, in world coordinates, m."""
         local = self[reference_position]
         if self.configuration == "current":
-            local = local + self[displacement]
+            local = local + scale * self[displacement]
         padded = np.zeros((len(local), 3))
         padded[:, : local.shape[1]] = local
         return padded if self.part.system is world else convert(padded, self.part.system, world)
@@ -82,5 +82,7 @@ def three(array: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def axis_of(component: str | int | None, names: Sequence[str] = "xyz") -> int | None:
-    """Index of a component given by name or number; None for the magnitude."""
-    return names.index(component) if isinstance(component, str) else component
+    """Index of a component given by name or number, -1 for an unknown name; None for the magnitude."""
+    if not isinstance(component, str):
+        return component
+    return list(names).index(component) if component in list(names) else -1

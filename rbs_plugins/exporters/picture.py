@@ -74,12 +74,7 @@ class PictureExporter(FrameExporter):
         values = self[self.field]
         if values.ndim > 1:
             values = values[:, self.axis] if self.axis is not None else np.linalg.norm(values, axis=-1)
-        reference = self.part.positions
-        points = self.positions()
-        if self.scale != 1.0 and self.configuration == "current":
-            still = np.zeros_like(points)
-            still[:, : self.part.dimension] = reference
-            points = still + self.scale * (points - still)
+        points = self.positions(self.scale)
         plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(self.size))
         try:
             plotter.set_background("white")
@@ -93,13 +88,13 @@ class PictureExporter(FrameExporter):
                 point_size=self._point_size(points),
                 render_points_as_spheres=False,
                 lighting=False,
-                scalar_bar_args={"title": title, "color": "black", "vertical": True, "position_x": 0.86},
+                scalar_bar_args={"title": title, "color": "black", "position_x": 0.25, "width": 0.5, "height": 0.06},
             )
             plotter.add_text(f"{self.part.name}, t = {clock.time:.4g} s", font_size=12, color="black")
             if self.part.dimension < 3:
                 plotter.view_xy()
                 plotter.enable_parallel_projection()
-            plotter.camera.zoom(1.25)
+            plotter.camera.zoom(1.1)
             file = self.frame(clock, "png")
             plotter.screenshot(str(file))
         finally:

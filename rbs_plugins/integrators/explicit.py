@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -42,7 +42,8 @@ class Kick(Integrator):
             raise BadInput(f"{self.label}: the density of node {bad[0]} at {where} is {mass[bad[0]]}, not positive")
         uniform = self.constant(density)
         if uniform is not None:
-            self._loop, self._scale = add_scaled, self.share / uniform
+            self._loop: Any = add_scaled
+            self._scale = self.share / uniform
             self._arrays = (loops.flat(self[velocity]), loops.flat(self[force_density]))
             self._divisor: tuple[np.ndarray, ...] = ()
         else:

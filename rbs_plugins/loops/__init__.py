@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any
 
 import numba
@@ -11,7 +12,7 @@ from numba.core.errors import NumbaError
 
 from rbs_core import BadLaw
 from rbs_plugins.loops.arguments import names_of
-from rbs_plugins.loops.source import plain
+from rbs_plugins.loops.source import compilable, plain
 
 # A parallel region costs 5 to 15 microseconds; below this many items (bonds, or entries of arrays) one thread is faster.
 SERIAL_BELOW = 20_000
@@ -52,19 +53,21 @@ def _why(functions: list[Any], error: Exception) -> str:
     """Which law does not compile, and at which line of the user's own file."""
     for function in functions:
         try:
-            numba.njit(plain(function)).compile((numba.float64,) * len(names_of(function)))
+            numba.njit(compilable(function)).compile((numba.float64,) * len(names_of(function)))
         except NumbaError as own:
             error, code = own, plain(function).__code__
             found = re.findall(r'File "([^"]+)", line (\d+)', str(own))
-            line = found[-1][1] if found else code.co_firstlineno
-            return f"law '{function.__name__}' cannot be compiled: {code.co_filename}, line {line}: {_essence(own)}"
+            place = (code.co_filename, code.co_firstlineno)
+            if found:  # the innermost comes first, with a path from here
+                place = (str(Path(found[0][0]).resolve()), found[0][1])
+            return f"law '{function.__name__}' cannot be compiled: {place[0]}, line {place[1]}: {_essence(own)}"
     return f"the loop around {[f.__name__ for f in functions]} cannot be compiled: {_essence(error)}"
 
 
 def _essence(error: Exception) -> str:
     """The sentence of a numba message that says what is wrong."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    telling = [line for line in lines if re.match(r"(Unknown|Untyped|No implementation|NameError|Use of|Invalid|Cannot|Undefined|Unsupported|name )", line)]
+    telling = [line for line in lines if re.match(r"(Unknown|Untyped|No implementation|NameError|Use of|Invalid|Cannot|Can't|Undefined|Unsupported|name )", line)]
     return (telling or lines or ["unknown reason"])[0] + " (laws may use numbers, math, numpy scalars, if/else and other plain functions)"
 
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from rbs_plugins.loops import cache
 from rbs_plugins.loops.arguments import Argument
-from rbs_plugins.loops.source import STRICT, definitions, plain
+from rbs_plugins.loops.source import STRICT, compilable, definitions, plain
 
 # Nodes and weights of Gauss-Legendre with 5 points on [0, 1], for potentials that nobody has given.
 _GAUSS = ((0.04691007703066802, 0.11846344252809454), (0.23076534494715845, 0.23931433524968324),
@@ -40,6 +40,7 @@ class Recipe:
         fraction: whether neighbors count with a volume fraction.
         uniform: whether all volumes are equal.
         dissipation: whether the energy of breaking bonds is recorded.
+        late: whether a failing bond carries its force for the rest of the step.
     """
 
     dimension: int
@@ -54,6 +55,7 @@ class Recipe:
     fraction: bool = False
     uniform: bool = True
     dissipation: bool = False
+    late: bool = False
 
 
 @dataclass
@@ -152,7 +154,7 @@ def _force(r: Recipe) -> str:
         record = _record(r, text) if r.dissipation else []
         cold = ["if failing > 0:", *(f"    {line}" for line in zero), *(["    lost = 0.0"] if r.dissipation else []),
                 "    for q in range(row_neighbors.size):", *(f"        {line}" for line in loop),
-                f"        if holds & {fails}:", "            row_intact[q] = 0", "            holds = False",
+                f"        if holds & {fails}:", "            row_intact[q] = 0", *([] if r.late else ["            holds = False"]),
                 *(f"            {line}" for line in record),
                 f"        {pull}", *(f"        {line}" for line in (*keep, *add)),
                 *([f"    dissipation[i] += lost{text.after}"] if r.dissipation else []), "    broken += failing"]  # fmt: skip
@@ -165,18 +167,22 @@ def _force(r: Recipe) -> str:
 
 
 def _record(r: Recipe, text: _Text) -> list[str]:
-    """Energy that has gone into a bond that fails now: its potential at the positions of the force before, and from
-    there the work of half of the force of before, which is all that velocity Verlet takes from the motion if the bond
-    carries no force at the end of the step.
+    """Energy that goes into a bond that fails now, so that the energy balance of velocity Verlet closes.
+
+    In that scheme a step takes half of the force of its start and half of that of its end. If the bond carries nothing
+    at the end, it has taken its potential at the positions before and half of the work of the force of then. If it
+    still carries its force (late), it has taken its potential now and will take half of the work of its force in the
+    step to come, in which it is taken to lengthen as much as in this one.
     """
     axes = range(r.dimension)
     here, there = (", ".join(f"before[{end}, {k}]" for k in axes) for end in "ij")
+    lines = [f"{', '.join(f'o{k}' for k in axes)}, length_old = kinematics({here}, {there})",
+             "stretch_old = stretch_of(length_old, row_inverse[q])", "reference_length = 1.0 / row_inverse[q]"]  # fmt: skip
     old = {"stretch": "stretch_old", "length": "length_old", "extension": "stretch_old * reference_length"}
-    path = " + ".join(f"o{k} * (d{k} - o{k})" for k in axes)
-    return [f"{', '.join(f'o{k}' for k in axes)}, length_old = kinematics({here}, {there})",
-            "stretch_old = stretch_of(length_old, row_inverse[q])", "reference_length = 1.0 / row_inverse[q]",
-            f"work = 0.5 * {call('law', r.law_arguments, **old)} * ({path}) / length_old",
-            f"lost += 0.5 * ({_potential_call(r, **old)} + work){text.weight()}"]  # fmt: skip
+    at, along, size = ({}, "d", "length") if r.late else (old, "o", "length_old")
+    path = " + ".join(f"{along}{k} * (d{k} - o{k})" for k in axes)
+    return [*lines, f"work = 0.5 * {call('law', r.law_arguments, **at)} * ({path}) / {size}",
+            f"lost += 0.5 * ({_potential_call(r, **at)} + work){text.weight()}"]  # fmt: skip
 
 
 def _potential_call(r: Recipe, **replaced: str) -> str:
@@ -259,4 +265,4 @@ def build(recipe: Recipe) -> tuple[Any, dict[str, list[str]]]:
 def _strict(function: Any) -> Any:
     from numba import njit
 
-    return njit(error_model="numpy", forceinline=True)(plain(function))
+    return njit(error_model="numpy", forceinline=True)(compilable(function))

@@ -26,6 +26,27 @@ def plain(function: Any) -> Callable[..., Any]:
     return getattr(function, "py_func", function)
 
 
+def compilable(function: Any, *, busy: tuple[Any, ...] = ()) -> Callable[..., Any]:
+    """The same function, with the plain functions that it names jitted: numba calls no others."""
+    from numba import njit
+
+    original = plain(function)
+    if not isinstance(original, types.FunctionType):
+        return function
+    helpers = {}
+    for name in original.__code__.co_names:
+        value = original.__globals__.get(name)
+        if isinstance(value, types.FunctionType) and value not in (*busy, original):
+            inner = compilable(value, busy=(*busy, original))
+            helpers[name] = njit(error_model="numpy", forceinline=True)(inner)
+    if not helpers:
+        return original
+    scope = {**original.__globals__, **helpers}
+    return types.FunctionType(
+        original.__code__, scope, original.__name__, original.__defaults__, original.__closure__
+    )
+
+
 def definitions(functions: dict[str, Any]) -> list[str] | None:
     """Source of functions under new names, preceded by whatever they need.
 
@@ -119,9 +140,12 @@ def _definition(function: Any) -> ast.FunctionDef | None:
 
     It is looked for by its code, not by its name: what a decorator returns calls itself what it wraps.
     """
-    name = function.__code__.co_name
+    code = getattr(function, "__code__", None)
+    if code is None:
+        return None
+    name = code.co_name
     try:
-        tree = ast.parse(textwrap.dedent(inspect.getsource(function.__code__)))
+        tree = ast.parse(textwrap.dedent(inspect.getsource(code)))
     except (OSError, TypeError, SyntaxError):
         return None
     if name == "<lambda>":

@@ -14,7 +14,6 @@ from rbs_plugins.fields import density, displacement, velocity
 from tests.scenes import RHO, E, bar
 from tests.unit.core.toys import Toy, a, b, line, plus
 
-
 # -- the object -----------------------------------------------------------------------------------------------------
 
 
@@ -35,7 +34,7 @@ def test_an_error_inside_of_the_block_leaves_nothing_behind(analysis):
 
 
 def test_relations_are_relations(analysis):
-    with pytest.raises(BadInput, match="relation 1 is <function .*, which is no Relation"):
+    with pytest.raises(BadInput, match=r"relation 1 is <function .*, which is no Relation"):
         analysis.relations = [Toy(line()), plus]
     with pytest.raises(BadInput, match="relation 0 is None"):
         analysis.append(None)
@@ -150,7 +149,8 @@ def test_sums_that_nobody_takes_over_are_not_made_before_the_first_step():
     ("arguments", "last"),
     [
         ({"steps": 4}, 4),
-        ({"until": 0.3}, 3),  # 3 * 0.1 is above 0.3 by rounding
+        ({"until": 0.3}, 3),
+        ({"until": 3 * 0.1}, 3),  # (3 * 0.1) / 0.1 is above 3 by rounding
         ({"until": 0.31}, 4),
         ({"steps": 2, "until": 0.5}, 2),
         ({"steps": 9, "until": 0.5}, 5),
@@ -216,7 +216,7 @@ def test_a_relation_listed_twice_is_as_stiff_as_once():
 
 
 def test_nobody_knows_a_stable_step():
-    with pytest.raises(BadInput, match=r"no relation of this scene knows a stable time step \(is a density missing\?\)"):
+    with pytest.raises(BadInput, match=r"no relation .* knows a stable time step \(is a density missing\?\): give dt"):
         Analysis([Toy(line())]).stable_dt()
 
 

@@ -18,7 +18,7 @@ def test_a_truncated_file_is_refused_wherever_it_ends(tmp_path):
     part, analysis = oscillators(tmp_path / "other.npz")
     for size in (*range(0, len(whole), 211), len(whole) - 1):
         (tmp_path / "cut.npz").write_bytes(whole[:size])
-        refused(analysis, [part], tmp_path / "cut.npz", "cut.npz is damaged or no checkpoint .*: delete it and start again")
+        refused(analysis, [part], tmp_path / "cut.npz", "cut.npz is damaged or no checkpoint .*: delete it and start")
 
 
 def test_a_damaged_file_is_refused_or_harmless(tmp_path, rng):

@@ -38,7 +38,7 @@ def scaled(factor):
 PAIRS = {
     "constant": (lambda time: 2.0 * time, lambda time: 3.0 * time),
     "operation": (lambda time: 2.0 * time, lambda time: 2.0 + time),
-    "name": (lambda time: math.sin(time), lambda time: math.cos(time)),  # noqa: PLW0108  the same bytes of code
+    "name": (lambda time: math.sin(time), lambda time: math.cos(time)),
     "captured value": (scaled(1.0), scaled(2.0)),
     "captured function": (scaled(helper), scaled(scaled(1.0))),
     "default": (lambda time, k=1.0: k * time, lambda time, k=2.0: k * time),

@@ -100,8 +100,8 @@ def test_a_gap_names_relation_part_field_and_who_could_fill_it():
     with pytest.raises(MissingField) as caught:
         plan([Toy(part, writes=(b,)), Toy(part, reads=(a,))], providers=lambda each: ["Zebra", "Ant"])
     assert str(caught.value) == (
-        "relation 1 (Toy 'bar') reads 'a' of part 'bar', and nothing provides it: assign part[a] = ..., or add a relation "
-        "that writes it (Ant, Zebra)"
+        "relation 1 (Toy 'bar') reads 'a' of part 'bar', and nothing provides it: assign part[a] = ..., or add a "
+        "relation that writes it (Ant, Zebra)"
     )
 
 
@@ -229,6 +229,7 @@ def test_two_writers_that_take_turns_or_are_one():
 
 # -- carried fields -------------------------------------------------------------------------------------------------
 
+
 def does(**contract):
     """The contract of one relation."""
     return contract
@@ -251,6 +252,7 @@ CASES = {
     "written only": ([does(writes=(a,))], ""),
     "offered and read": ([does(offers=(a,)), does(reads=(a,))], "a"),
     "written, then offered": ([does(writes=(a,)), does(offers=(a,)), does(reads=(a,))], ""),
+    "offered, then written": ([does(offers=(a,)), does(writes=(a,)), does(reads=(a,))], "a"),
     "offered, not read": ([does(offers=(a,))], ""),
     "two": ([does(updates=(b,)), does(reads=(a,)), does(writes=(a,), updates=(c,)), does(reads=(c,))], "b a c"),
 }

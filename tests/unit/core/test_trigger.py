@@ -43,6 +43,7 @@ def test_named_triggers():
         (every(1), [1, 2, 3, 4, 5, 6, 7, 8, 9, 10]),
         (every(3), [3, 6, 9]),
         (every(3, start=2), [2, 5, 8]),
+        (every(3, start=5), [5, 8]),
         (every(20), []),
     ],
 )

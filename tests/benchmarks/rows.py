@@ -1,0 +1,80 @@
+"""One row of the benchmark, in a process of its own: prints its figures as JSON."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import statistics
+import sys
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import numpy as np
+
+import rbs_core as rbs
+
+SPACING = 1e-4
+
+
+def scene(dimension: int, n: int) -> dict[str, float]:
+    """Force loop, whole step, search, compilation and memory of a square or cube with breaking bonds and m = 3.015."""
+    import numba
+    from machine import sample
+
+    from rbs_core.part import search
+    from rbs_plugins import BondBased, CriticalStretch, VelocityVerlet
+    from rbs_plugins.fields import density, displacement, velocity
+
+    part = rbs.Part("part", rbs.Box(size=(n * SPACING,) * dimension)).discretize(SPACING)
+    begin = time.perf_counter()
+    part.connect(3.015 * SPACING)
+    first = time.perf_counter() - begin
+    rows = (part._cells, part.grid.shape, SPACING, 3.015 * SPACING)
+    again = 0.0
+    if dimension == 2 or n <= 50:
+        begin = time.perf_counter()
+        search.lattice_rows(*rows)
+        again = time.perf_counter() - begin
+    part[density] = 8000.0
+    force = BondBased(part, E=192e9, fracture=CriticalStretch(0.04472))
+    verlet = VelocityVerlet(part)
+    figures = {"nodes": len(part), "bonds": len(part.bonds), "search_first": first, "search": again or first}
+    with rbs.Analysis(verlet.step([force])) as analysis:
+        begin = time.perf_counter()
+        dt = 0.5 * analysis.stable_dt()
+        figures["prepare"] = time.perf_counter() - begin
+        figures["compile"] = figures["prepare"] + first - figures["search"]
+        part[displacement] = 1e-3 * SPACING * np.random.default_rng(0).standard_normal(part.positions.shape)
+        cores = os.cpu_count() or 1
+        for threads in sorted({1, cores}):
+            numba.set_num_threads(threads)
+            loop = sample(lambda: force._module.force(*force._arguments), 25 if dimension == 2 else 5)
+            figures.update({f"force_{threads}_{which}": value for which, value in loop.items()})
+        part[displacement] = 0.0
+        part[velocity] = 1e-3 * np.random.default_rng(1).standard_normal(part.positions.shape)
+        steps, seconds = (20 if dimension == 2 else 3), []
+        for run in range(1, 7):
+            report = analysis.run(steps=run * steps, dt=dt, progress=False)
+            seconds.append(report.seconds / steps)
+        figures.update(step_best=min(seconds), step_median=statistics.median(seconds), step_largest=max(seconds))
+    figures["bytes_per_bond"] = part.bonds.nbytes / len(part.bonds)
+    figures["peak_GiB"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    return figures
+
+
+def main() -> None:
+    what, size = sys.argv[1], int(sys.argv[2])
+    if what == "limits":
+        from machine import limits
+
+        figures = limits(size)
+    else:
+        figures = scene({"plate": 2, "cube": 3}[what], size)
+    print(json.dumps(figures))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,105 @@
+"""The public names, word by word: whoever changes them changes this page and the documentation with it."""
+
+from __future__ import annotations
+
+import pytest
+
+import rbs_core
+import rbs_plugins
+
+KERNEL = [
+    "Analysis",
+    "BadCheckpoint",
+    "BadInput",
+    "BadLaw",
+    "Ball",
+    "Bonds",
+    "Boundary",
+    "Box",
+    "Checkpoint",
+    "Clock",
+    "Constitutive",
+    "CoordinateSystem",
+    "DishonestRelation",
+    "Everywhere",
+    "Exporter",
+    "Field",
+    "FieldClash",
+    "Geometry",
+    "HalfSpace",
+    "Integrator",
+    "Measure",
+    "MissingField",
+    "Neighborhood",
+    "Node",
+    "NotFinite",
+    "Nowhere",
+    "Part",
+    "Point",
+    "Polygon",
+    "RBSError",
+    "Relation",
+    "Report",
+    "Segment",
+    "Surface",
+    "Trigger",
+    "UndeclaredField",
+    "UnstableStep",
+    "Where",
+    "always",
+    "at",
+    "between",
+    "convert",
+    "every",
+    "hookimpl",
+    "intact",
+    "last",
+    "once",
+    "realtime",
+    "reference_position",
+    "registry",
+    "volume",
+    "world",
+]
+
+PLUGINS = [
+    "BondBased",
+    "BoundaryDomain",
+    "CSVExporter",
+    "Criterion",
+    "CriticalStretch",
+    "Damage",
+    "Drift",
+    "FractureDissipation",
+    "Kick",
+    "KineticEnergy",
+    "PairwiseForce",
+    "PictureExporter",
+    "StrainEnergy",
+    "SymplecticEuler",
+    "VTKExporter",
+    "VelocityVerlet",
+    "fields",
+    "read_table",
+]
+
+
+@pytest.mark.parametrize(("package", "names"), [(rbs_core, KERNEL), (rbs_plugins, PLUGINS)], ids=["core", "plugins"])
+def test_the_public_names_are_these(package, names):
+    assert list(package.__all__) == names
+
+
+@pytest.mark.parametrize("package", [rbs_core, rbs_plugins], ids=["core", "plugins"])
+def test_they_exist_and_are_sorted(package):
+    assert all(hasattr(package, name) for name in package.__all__)
+    assert sorted(package.__all__) == sorted(set(package.__all__))
+
+
+def test_the_kernel_makes_no_other_name_public():
+    """Submodules are there as attributes; everything else that does not start with an underscore is on the list."""
+    extra = {
+        name
+        for name, value in vars(rbs_core).items()
+        if not name.startswith("_") and name not in rbs_core.__all__ and type(value).__name__ != "module"
+    }
+    assert not extra

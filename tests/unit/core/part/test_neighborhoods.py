@@ -1,0 +1,203 @@
+"""Bonds: cutting, removing, and what both ends agree on."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import rbs_core as rbs
+from rbs_core import BadInput, Box, Part, Segment, intact
+from rbs_core.part import BondList, neighborhoods
+from tests.unit.core.toys import field, line, strength
+
+pull = field("pull", at="bond", shape="vector")
+
+
+def plate(cells: int = 6, ratio: float = 2.0) -> Part:
+    """cells x cells nodes at whole numbers plus a half, around the origin."""
+    return Part("plate", Box(size=(cells, cells))).discretize(1.0).connect(ratio)
+
+
+def crossing(part: Part) -> np.ndarray:
+    """(m,) bonds whose ends lie on different sides of y = 0, found one by one."""
+    y = part.positions[:, 1]
+    return np.array([(y[i] > 0) != (y[j] > 0) for i, j in part.bonds])
+
+
+def test_rows_iteration_and_families_say_the_same():
+    part = line(4, horizon=2.0)
+    bonds = part.bonds
+    offsets, neighbors = bonds.as_rows()
+    assert offsets.tolist() == [0, 2, 5, 8, 10]
+    assert neighbors.tolist() == [1, 2, 0, 2, 3, 0, 1, 3, 1, 2]
+    assert (offsets.dtype, neighbors.dtype) == (np.int64, np.uint32)
+    assert list(bonds) == [(i, int(j)) for i in range(4) for j in bonds.neighbors(i)]
+    assert bonds.counts().tolist() == [2, 3, 3, 2]
+    assert bonds.family(1) == slice(2, 5)
+    assert bonds.lengths.tolist() == [1.0, 2.0, 1.0, 1.0, 2.0, 2.0, 1.0, 1.0, 2.0, 1.0]
+    assert np.array_equal(bonds.inverse_lengths, 1.0 / bonds.lengths)
+    assert (len(bonds), bonds.horizon, bonds.storage) == (10, 2.0, "list")
+    assert repr(bonds) == "<10 directed bonds of 4 nodes, horizon 2 m, stored as list>"
+    nodes, others = bonds.ends(1, 6)
+    assert list(zip(nodes.tolist(), others.tolist(), strict=True)) == list(bonds)[1:6]
+
+
+# -- cut ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_cut_breaks_the_bonds_that_cross_and_keeps_them():
+    part = plate()
+    expected, count = crossing(part), len(part.bonds)
+    assert not part.bonds.has_broken
+    assert part.bonds.cut(Segment((-9.0, 0.0), (9.0, 0.0))) == expected.sum() > 0
+    assert np.array_equal(part.bonds.intact, ~expected)
+    assert np.array_equal(part[intact], (~expected).astype(np.uint8))
+    assert (len(part.bonds), part.bonds.has_broken) == (count, True)
+
+
+def test_a_cut_counts_only_what_it_breaks_itself():
+    part = plate()
+    half = part.bonds.cut(Segment((-9.0, 0.0), (0.01, 0.0)))
+    assert part.bonds.cut(Segment((-9.0, 0.0), (0.01, 0.0))) == 0
+    assert half + part.bonds.cut(Segment((-9.0, 0.0), (9.0, 0.0))) == crossing(part).sum()
+
+
+def test_a_cut_is_the_same_from_both_ends(rng):
+    points = rng.random((300, 2))
+    part = Part("cloud", rbs.Everywhere(), dimension=2).place(points, 1.0).connect(0.2)
+    part.bonds.cut(Segment((0.2, 0.1), (0.7, 0.8)) | Segment((0.1, 0.9), (0.6, 0.55)))
+    state = dict(zip(part.bonds, part.bonds.intact, strict=True))
+    assert all(state[j, i] == holds for (i, j), holds in state.items())
+    assert 0 < sum(state.values()) < len(state)
+
+
+def test_a_short_cut_reaches_no_further_than_itself():
+    part = plate()
+    part.bonds.cut(Segment((-0.4, 0.0), (0.4, 0.0)))
+    broken = [pair for pair, holds in zip(part.bonds, part.bonds.intact, strict=True) if not holds]
+    x, y = part.positions.T
+    for i, j in broken:
+        middle = x[i] - y[i] * (x[j] - x[i]) / (y[j] - y[i])  # where the bond meets y = 0
+        assert abs(middle) <= 0.4 + 1e-8
+    assert broken
+
+
+@pytest.mark.parametrize("chunk", [1, 7, 1 << 20])
+def test_the_runs_in_which_bonds_are_looked_at_do_not_matter(monkeypatch, chunk):
+    monkeypatch.setattr(neighborhoods, "_CHUNK", chunk)
+    part = plate()
+    part.bonds.cut(Segment((-9.0, 0.0), (9.0, 0.0)))
+    assert np.array_equal(part.bonds.intact, ~crossing(part))
+    part = plate()
+    assert part.bonds.remove(Segment((-9.0, 0.0), (9.0, 0.0))) > 0
+    assert not crossing(part).any()
+
+
+def test_a_function_of_starts_and_ends_cuts_too():
+    part = plate()
+    assert part.bonds.cut(lambda starts, ends: (starts[:, 1] > 0) != (ends[:, 1] > 0)) == crossing(part).sum()
+    assert np.array_equal(part.bonds.intact, ~crossing(part))
+
+
+def test_a_surface_beside_the_part_cuts_nothing():
+    part = plate()
+    assert part.bonds.cut(Segment((-9.0, 50.0), (9.0, 50.0))) == 0
+    assert part.bonds.remove(Segment((-9.0, 50.0), (9.0, 50.0))) == 0
+    assert not part.bonds.has_broken
+
+
+def test_a_volume_is_no_cut():
+    with pytest.raises(BadInput, match=r"cannot cut with Box\(.*\): give a Segment, a Polygon, or a function"):
+        plate().bonds.cut(Box(size=(1.0, 1.0)))
+
+
+@pytest.mark.parametrize("surface", [rbs.Point(0.0), lambda starts, ends: starts[:, 0] * ends[:, 0] < 0])
+def test_a_line_is_cut_at_a_point(surface):
+    part = Part("bar", Box(size=4.0)).discretize(1.0).connect(1.0)
+    assert part.bonds.cut(surface) == 2
+    assert [pair for pair, holds in zip(part.bonds, part.bonds.intact, strict=True) if not holds] == [(1, 2), (2, 1)]
+
+
+def test_a_block_is_cut_by_a_polygon():
+    part = Part("block", Box(size=(4.0, 4.0, 4.0))).discretize(1.0).connect(1.0)
+    square = rbs.Polygon([(-9.0, -9.0, 0.0), (9.0, -9.0, 0.0), (9.0, 9.0, 0.0), (-9.0, 9.0, 0.0)])
+    assert part.bonds.cut(square) == 2 * 16
+
+
+# -- remove ---------------------------------------------------------------------------------------------------------
+
+
+def test_removed_bonds_have_never_been():
+    part, whole = plate(), plate()
+    gone = crossing(whole)
+    assert part.bonds.remove(Segment((-9.0, 0.0), (9.0, 0.0))) == gone.sum()
+    kept = [pair for pair, away in zip(whole.bonds, gone, strict=True) if not away]
+    assert list(part.bonds) == kept
+    assert part.bonds.counts().sum() == len(part.bonds) == len(kept)
+    assert np.array_equal(part.bonds.lengths, whole.bonds.lengths[~gone])
+    assert not part.bonds.has_broken
+    assert part.bonds.remove(Segment((-9.0, 0.0), (9.0, 0.0))) == 0
+
+
+def test_bond_fields_follow_their_bonds():
+    part = plate()
+    number = np.arange(len(part.bonds), dtype=float)
+    pairs = list(part.bonds)
+    part[strength], part[pull] = number, np.stack([number, -number], axis=1)
+    part.bonds.cut(Segment((0.0, -9.0), (0.0, 9.0)))
+    state = dict(zip(pairs, part.bonds.intact.tolist(), strict=True))
+    part.bonds.remove(Segment((-9.0, 0.0), (9.0, 0.0)))
+    for (i, j), value, vector, holds in zip(part.bonds, part[strength], part[pull], part.bonds.intact, strict=True):
+        assert pairs[int(value)] == (i, j)
+        assert vector.tolist() == [value, -value]
+        assert holds == state[i, j]
+    assert len(part[strength]) == len(part.bonds) < len(number)
+
+
+def test_a_field_that_comes_later_fits_what_is_left():
+    part = plate()
+    part.bonds.remove(Segment((-9.0, 0.0), (9.0, 0.0)))
+    part[strength] = 1.0
+    assert part[strength].shape == (len(part.bonds),)
+
+
+def test_everything_may_be_removed():
+    part = plate()
+    part.bonds.remove(lambda starts, ends: np.ones(len(starts), bool))
+    assert len(part.bonds) == 0
+    assert list(part.bonds) == []
+    assert part.bonds.counts().tolist() == [0] * 36
+    assert not part.bonds.has_broken
+    assert part.bonds.cut(Segment((-9.0, 0.0), (9.0, 0.0))) == 0
+
+
+# -- the state ------------------------------------------------------------------------------------------------------
+
+
+def test_intact_is_the_field_of_the_part():
+    part = line(3, horizon=1.0)
+    part.bonds.intact[1] = False
+    assert part[intact].tolist() == [1, 0, 1, 1]
+    part[intact] = 1
+    assert not part.bonds.has_broken
+
+
+def test_the_state_costs_nothing_until_somebody_asks():
+    part = line(3, horizon=1.0)
+    assert not part.bonds.has_broken
+    assert intact not in part
+    bytes_before = part.nbytes
+    assert part.bonds.intact.all()
+    assert part.nbytes == bytes_before + 4
+
+
+def test_bonds_between_nodes_of_a_region():
+    part = line(4, horizon=1.0)
+    inside = part.bonds.between(Box(size=2.0, center=1.0))  # nodes 0 and 1
+    assert [pair for pair, both in zip(part.bonds, inside, strict=True) if both] == [(0, 1), (1, 0)]
+
+
+def test_the_list_counts_its_memory():
+    bonds = line(3, horizon=1.0).bonds
+    assert isinstance(bonds, BondList)
+    assert bonds.nbytes == 4 * 8 + 4 * 4 + 4 * 8
