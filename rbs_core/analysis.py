@@ -190,11 +190,11 @@ class Analysis:
             hooks.rbs_analysis_started(analysis=self)
             for relation in self.unique:
                 relation.begin(self.clock)
+            watch = Watch(self._relations) if debug else None
             if first == 0:
-                self._first_sums()
+                self._first_sums(watch)
             begin = time.perf_counter()
             with self._politely(), Progress(self.title, first, last, progress) as bar:
-                watch = Watch(self._relations) if debug else None
                 while self.clock.step < last and not self._interrupted:
                     self._step(rows, watch)
                     bar.show(self.clock.step, last)
@@ -213,14 +213,23 @@ class Analysis:
             hooks.rbs_analysis_finished(analysis=self, report=report)
         return report
 
-    def _first_sums(self) -> None:
-        """Makes sums that a step takes over from the step before, once for the initial state (the initial forces)."""
-        sums = {(p, f) for p, f in self.plan.carried if any(f in r.adds and r.part is p for r in self.unique)}
-        for part, field in sums:
+    def _first_sums(self, watch: Watch | None) -> None:
+        """Makes sums that a step takes over from the step before, once for the initial state (the initial forces).
+
+        What writes the fields that they are made from runs in front of them, e.g. the dilatation of the initial state.
+        """
+        summed = {key for keys in self.plan.clear.values() for key in keys}
+        needed = summed.intersection(self.plan.carried)
+        chosen = []
+        for position, relation in reversed(list(enumerate(self._relations))):
+            made = {(relation.part, field) for field in (*relation.writes, *relation.adds)}
+            if made & needed and relation.when(self.clock):
+                chosen.append((position, relation))
+                needed |= {(relation.part, field) for field in relation.reads}
+        for part, field in summed & needed:
             part.store(field.at).get(field)[...] = 0
-        for position, relation in enumerate(self._relations):
-            if any((relation.part, field) in sums for field in relation.adds) and relation.when(self.clock):
-                self._apply(position, relation)
+        for position, relation in reversed(chosen):
+            self._apply(position, relation, watch)
 
     def _step(self, rows: list[Row], watch: Watch | None) -> None:
         clock = self.clock

@@ -89,6 +89,7 @@ class Progress:
         self._enabled = mode is not False
         self._terminal = self._enabled and sys.stderr.isatty()
         self._start = self._shown = time.monotonic()
+        self._step = first
 
     def __enter__(self) -> Progress:
         if self._terminal:
@@ -103,6 +104,7 @@ class Progress:
 
     def show(self, step: int, last: int) -> None:
         """Tells how far the run is; cheap enough to be called every step."""
+        self._step = step
         if not self._enabled:
             return
         now = time.monotonic()
@@ -117,4 +119,5 @@ class Progress:
 
     def __exit__(self, *_: object) -> None:
         if self._bar is not None:
+            self._bar.update(self._task, completed=self._step)  # the bar must not end at the last look
             self._bar.stop()

@@ -46,9 +46,13 @@ class Trigger:
         return self._decide(clock)
 
     def __and__(self, other: Trigger) -> Trigger:
+        if not isinstance(other, Trigger):
+            return NotImplemented
         return Trigger(lambda clock: self(clock) and other(clock), f"({self} & {other})")
 
     def __or__(self, other: Trigger) -> Trigger:
+        if not isinstance(other, Trigger):
+            return NotImplemented
         return Trigger(lambda clock: self(clock) or other(clock), f"({self} | {other})")
 
     def __invert__(self) -> Trigger:

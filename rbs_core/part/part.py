@@ -200,7 +200,9 @@ class Part:
                 f"part '{self.name}': the horizon {horizon:g} m is below the spacing {self.spacing:g} m, so nodes would "
                 "have no neighbors: a horizon of about 3 spacings is usual"
             )
-        if self.grid is not None and self._cells is not None:
+        # somebody may have moved the nodes off the grid since
+        if self.grid is not None and np.array_equal(positions, self.grid.points()[self._cells]):
+            assert self._cells is not None
             rows = search.lattice_rows(self._cells, self.grid.shape, self.grid.spacing, float(horizon))
         else:
             rows = search.cloud_rows(positions, float(horizon))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rbs_core import BadInput, Exporter, Field, Part, Trigger, convert, world
 from rbs_core.checkpoint import writable_folder
+from rbs_core.space import Cartesian
 from rbs_core.trigger import Clock
 from rbs_plugins.fields import displacement, reference_position
 
@@ -58,6 +59,26 @@ class FrameExporter(Exporter):
         padded = np.zeros((len(local), 3))
         padded[:, : local.shape[1]] = local
         return padded if self.part.system is world else convert(padded, self.part.system, world)
+
+    def values(self, field: Field) -> NDArray[np.float64]:
+        """A field as viewers expect it, vectors and tensors turned into world coordinates as the positions are."""
+        array = three(self[field])
+        turn = None if array.ndim == 1 or self.part.system is world else self._turn()
+        if turn is None:
+            return array
+        if field.shape == "vector":
+            return array @ turn.T
+        return (turn @ array.reshape(-1, 3, 3) @ turn.T).reshape(-1, 9)
+
+    def _turn(self) -> NDArray[np.float64] | None:
+        """(3, 3) the axes of the part in the world; None for curved coordinates, where each node has its own."""
+        system = self.part.system
+        while system.parent is not None:
+            if not isinstance(system.mapping, Cartesian):
+                return None
+            system = system.parent
+        corners = convert(np.vstack([np.zeros(3), np.eye(3)]), self.part.system, world)
+        return (corners[1:] - corners[0]).T
 
     def frame(self, clock: Clock, suffix: str) -> Path:
         """Name of the file of this step; remembered as a frame."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from rbs_core import Field, Part, Trigger, always
 from rbs_core.trigger import Clock
-from rbs_plugins.exporters.frames import FrameExporter, three
+from rbs_plugins.exporters.frames import FrameExporter
 
 
 class VTKExporter(FrameExporter):
@@ -48,7 +48,7 @@ class VTKExporter(FrameExporter):
         if self._grid is None:
             self._grid = self._cells()
         # VTK keeps pointers into these arrays until the file is written
-        held = [self.positions(), *(np.ascontiguousarray(three(self[field])) for field in self.fields)]
+        held = [self.positions(), *(np.ascontiguousarray(self.values(field)) for field in self.fields)]
         self._grid.GetPoints().SetData(numpy_to_vtk(held[0]))
         data = self._grid.GetPointData()
         data.Initialize()

@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 import rbs_core as rbs
-from rbs_core import DishonestRelation, Field, UndeclaredField
-from rbs_core.testing import check_contract, check_resume, isolated_registry, make, partners
-from rbs_plugins import BondBased, Criterion, Drift, Kick, PairwiseForce, StrainEnergy, SymplecticEuler
+from rbs_plugins import BondBased, Criterion, Kick, PairwiseForce, SymplecticEuler
 from rbs_plugins import testing as suite
-from rbs_plugins.fields import displacement, force_density, intact, reference_position, velocity, volume
+from rbs_plugins.fields import displacement, force_density, intact, reference_position, volume
 
 # -- an honest relation, in plain numpy: nothing of the compiled loops ---------------------------------------------
 
@@ -133,6 +131,8 @@ def lopsided(stretch, s0, density_i, density_j):
 class OneSided(BondBased):
     """Breaks bonds from the heavier end only."""
 
+    example = {}
+
     def __init__(self, part, **options):
         super().__init__(part, 1e9, Criterion(lopsided, s0=0.05), **options)
 
@@ -151,9 +151,6 @@ class Weightless(PairwiseForce):
 
     example = None
 
-
-for liar in (OneSided,):
-    liar.example = {}
 
 LIES = [
     (Strained, suite.check_rest, 1, "force at rest"),
@@ -195,7 +192,7 @@ class TooProud(SymplecticEuler):
 
 
 def test_wrong_order_is_caught():
-    with pytest.raises(AssertionError, match="claims order 2 and shows 0.99"):
+    with pytest.raises(AssertionError, match=r"claims order 2 and shows 0\.99"):
         suite.check_order(TooProud)
 
 
@@ -222,201 +219,3 @@ def test_example_may_refuse_a_part():
     for check in (suite.check_rest, suite.check_scene, suite.check_going_on):
         with pytest.raises(suite.NotApplicable, match="not made for 3-D"):
             check(Flat, 3, "grid")
-
-
-# -- lies about contracts ------------------------------------------------------------------------------------------
-
-heat = Field("heat", "node", "scalar", "J", "Q", "Made up for these tests.")
-
-
-class Base(rbs.Measure):
-    """Sets the heat."""
-
-    example = {}
-    reads = (volume,)
-    writes = (heat,)
-
-    def apply(self, clock):
-        self[heat][...] = self[volume] * clock.step
-
-
-class Bare(Base):
-    pass
-
-
-class Lists(Base):
-    """Has a list for a contract."""
-
-    writes = [heat]
-
-
-class Doubled(Base):
-    """Says one thing twice."""
-
-    updates = (heat,)
-
-
-class Partial(Base):
-    """Leaves a gap."""
-
-    def apply(self, clock):
-        self[heat][1:] = 1.0
-
-
-class Sneaky(Base):
-    """Writes what it does not name."""
-
-    def apply(self, clock):
-        super().apply(clock)
-        self.part[volume][0] *= 1.01
-
-
-class Hidden(Base):
-    """Fetches what it does not name."""
-
-    def attach(self):
-        self[velocity]
-
-
-class Unnamed(Base):
-    """Has an argument without a name."""
-
-    def __init__(self, part, thing=None):
-        super().__init__(part)
-
-
-class Forgetful(Base):
-    """Does not say what it keeps."""
-
-    def __init__(self, part):
-        super().__init__(part)
-        self._sum = 0.0
-
-    def apply(self, clock):
-        self._sum += clock.step
-        self[heat][...] = self._sum
-
-
-class Unwritable(Forgetful):
-    """Keeps what no checkpoint can hold."""
-
-    def state(self):
-        return {"sum": {self._sum}}
-
-
-class Remembering(Forgetful):
-    """Says what it keeps."""
-
-    def state(self):
-        return {"sum": self._sum}
-
-    def restore(self, state):
-        self._sum = state["sum"]
-
-
-class Late(Remembering):
-    """Takes back something else."""
-
-    def restore(self, state):
-        self._sum = state["sum"] + 1.0
-
-
-@pytest.mark.parametrize(
-    ("liar", "error", "words"),
-    [
-        (Bare, AssertionError, "no docstring"),
-        (Lists, AssertionError, "tuple of fields"),
-        (Doubled, AssertionError, "both writes and updates"),
-        (Partial, DishonestRelation, "unset"),
-        (Sneaky, DishonestRelation, "changed 'volume'"),
-        (Hidden, UndeclaredField, "velocity"),
-        (Unwritable, AssertionError, "no checkpoint can"),
-        (Late, AssertionError, r"restore\(state\(\)\)"),
-    ],
-)
-def test_lie_about_a_contract_is_caught(liar, error, words):
-    relation = liar(suite.body(1))
-    with pytest.raises(error, match=words):
-        check_contract(relation)
-
-
-def test_address_in_repr_is_caught():
-    with pytest.raises(AssertionError, match="address"):
-        check_contract(Unnamed(suite.body(1), object()))
-
-
-def test_honest_contracts_pass():
-    for relation_class in (Base, Remembering, Forgetful):
-        check_contract(relation_class(suite.body(1)))
-
-
-def test_private_memory_is_caught_by_resuming():
-    check_resume(lambda: [Base(suite.body(1))])
-    check_resume(lambda: [Remembering(suite.body(1))])
-    with pytest.raises(AssertionError, match="'heat' of part 'specimen' of the resumed run differs"):
-        check_resume(lambda: [Forgetful(suite.body(1))])
-
-
-def test_a_contract_that_forgets_what_is_carried_is_caught_by_resuming():
-    class Blind(Drift):
-        """Says that it sets the displacement, and adds to it."""
-
-        updates = ()
-        writes = (displacement,)
-
-    part = suite.body(1)
-    part[velocity] = 1.0
-    with pytest.raises(DishonestRelation, match="unset"):
-        check_contract(Blind(part))
-
-
-# -- what the suite is built from ----------------------------------------------------------------------------------
-
-
-def test_isolated_registry_holds_only_what_it_is_given():
-    before = rbs.registry()
-    with isolated_registry() as empty:
-        assert rbs.registry() is empty
-        assert empty.relations() == {}
-    with isolated_registry("rbs_plugins") as found:
-        assert found.relations()["BondBased"] is BondBased
-    assert rbs.registry() is before
-    with pytest.raises(RuntimeError), isolated_registry():
-        raise RuntimeError
-    assert rbs.registry() is before
-
-
-def test_make_takes_arguments_beside_the_example():
-    part = suite.body(2)
-    assert make(BondBased, part, partial_volume="linear").parameters == {"E": 1e9, "partial_volume": "linear"}
-    energy = make(StrainEnergy, part)
-    assert [type(each) for each in partners(energy)] == [BondBased]
-
-
-def test_copy_of_a_body_has_the_same_bonds():
-    part = suite.body(3)
-    order = np.random.default_rng(0).permutation(len(part))
-    copy = suite.again(part, order=order)
-    i, j = suite.ends(part)
-    k, m = suite.ends(copy)
-    broken = {(a, b) for a, b, holds in zip(i, j, part.bonds.intact, strict=True) if not holds}
-    assert broken
-    assert broken == {(order[a], order[b]) for a, b, holds in zip(k, m, copy.bonds.intact, strict=True) if not holds}
-    np.testing.assert_array_equal(copy[volume], part[volume][order])
-
-
-@pytest.mark.parametrize("dimension", [1, 2, 3])
-@pytest.mark.parametrize("cloud", suite.CLOUDS)
-def test_body_has_what_the_checks_need(dimension, cloud):
-    part = suite.body(dimension, cloud)
-    broken = ~part.bonds.intact
-    assert 0 < np.count_nonzero(broken) < len(broken) / 2
-    i, j = suite.ends(part)
-    assert {(a, b) for a, b in zip(i[broken], j[broken], strict=True)} == {
-        (b, a) for a, b in zip(i[broken], j[broken], strict=True)
-    }
-    assert (np.ptp(part[volume]) > 0) == (cloud == "jittered")
-    assert np.bincount(i[~broken], minlength=len(part)).min() >= 1
-    turn = suite.rotation(dimension)
-    np.testing.assert_allclose(turn @ turn.T, np.eye(dimension), atol=1e-15)
-    assert np.linalg.det(turn) == pytest.approx(1.0, abs=1e-14)

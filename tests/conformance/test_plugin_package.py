@@ -103,7 +103,9 @@ def test_installs_and_is_found(tmp_path):
     assert made.returncode == 0, made.stderr
     path = os.pathsep.join(filter(None, [str(target), os.environ.get("PYTHONPATH", "")]))
     environment = {**os.environ, "PYTHONPATH": path, "RBS_PLUGINS": ""}
-    code = "import rbs_core as rbs; found = rbs.registry(); print(found.relations()['Granite'], found.sources['granite'])"
+    code = (
+        "import rbs_core as rbs; found = rbs.registry(); print(found.relations()['Granite'], found.sources['granite'])"
+    )
     shown = subprocess.run(
         [sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, env=environment, cwd=tmp_path
     )

@@ -20,6 +20,7 @@ FLOORS = {
     "rbs_core.relation": 5,
     "rbs_core.contract": 6,
     "rbs_core.honesty": 6,
+    "rbs_core.stability": 6,
     "rbs_core.checkpoint": 7,
     "rbs_core.hookspecs": 7,
     "rbs_core.plugins": 8,

@@ -9,10 +9,11 @@ import pytest
 
 import rbs_core as rbs
 from rbs_core import Analysis, BadInput, Checkpoint, UnstableStep, every
-from rbs_plugins import BondBased
-from rbs_plugins.fields import density, displacement, velocity
-from tests.scenes import RHO, E, bar
-from tests.unit.core.toys import Toy, a, b, line, plus
+from rbs_plugins.fields import displacement, velocity
+from tests.scenes import bar
+from tests.unit.core.toys import Stiff, Toy, a, b, c, d, field, line, plus
+
+e = field("e")
 
 # -- the object -----------------------------------------------------------------------------------------------------
 
@@ -135,6 +136,20 @@ def test_sums_taken_over_from_the_step_before_are_made_for_the_initial_state(sta
     assert seen == [expected]
 
 
+def test_what_the_first_sums_are_made_from_is_written_first():
+    """A state-based force: the dilatation of the initial displacement, a sum over the weights, then the force."""
+    part, seen = line(), []
+    part[b] = 3.0
+    kick = Toy(part, lambda self, clock: seen.append(self[a][0]), reads=(a,))
+    weigh = Toy(part, plus(d, 2.0), adds=(d,))
+    dilate = Toy(part, lambda self, clock: np.multiply(self[b], self[d], out=self[c]), reads=(b, d), writes=(c,))
+    force = Toy(part, lambda self, clock: self[a].__iadd__(self[c]), reads=(c,), adds=(a,))
+    unrelated = Toy(part, writes=(e,))
+    Analysis([kick, unrelated, weigh, dilate, force]).run(steps=2, dt=1.0)
+    assert seen == [6.0, 6.0]
+    assert [relation.steps for relation in (dilate, unrelated)] == [[0, 1, 2], [1, 2]]
+
+
 def test_sums_that_nobody_takes_over_are_not_made_before_the_first_step():
     part = line()
     force = Toy(part, plus(a), adds=(a,))
@@ -195,33 +210,13 @@ def test_bad_arguments_run_nothing(arguments, message):
 # -- the time step --------------------------------------------------------------------------------------------------
 
 
-class Stiff(Toy):
-    """Gives each node a squared angular frequency."""
-
-    def squared_frequency(self):
-        return np.asarray(self.parameters["squares"], dtype=float)
-
-
-def test_the_stable_step_is_that_of_the_stiffest_node_of_all():
-    one, two = line(name="one"), line(name="two")
-    relations = [Stiff(one, squares=[1, 2, 3, 1]), Stiff(one, squares=[1, 7, 1, 1]), Stiff(two, squares=[4, 4, 4, 8])]
-    # squares of one node add up: 1 + 1, 2 + 7, 3 + 1, 1 + 1 in the first part
-    assert Analysis(relations).stable_dt() == pytest.approx(2 / 3, rel=1e-15)
-    assert Analysis(relations[2:]).stable_dt() == pytest.approx(2 / 8**0.5, rel=1e-15)
-
-
-def test_a_relation_listed_twice_is_as_stiff_as_once():
-    stiff = Stiff(line(), squares=[4, 4, 4, 4])
-    assert Analysis([stiff, stiff]).stable_dt() == 1.0
-
-
 def test_nobody_knows_a_stable_step():
     with pytest.raises(BadInput, match=r"no relation .* knows a stable time step \(is a density missing\?\): give dt"):
         Analysis([Toy(line())]).stable_dt()
 
 
 def test_a_step_above_the_stable_one_is_refused_and_can_be_forced():
-    stiff = Stiff(line(), squares=[0, 1, 4, 1])
+    stiff = Stiff(line(), squares=[0, 1, 4, 1])  # node 2: 2 / sqrt(4)
     with pytest.raises(UnstableStep) as caught:
         Analysis([stiff]).run(steps=1, dt=1.01)
     assert "dt=1.01 s is above the stable step 1 s, which node 2 of part 'line' at [2.5] sets" in str(caught.value)
@@ -240,14 +235,3 @@ def test_the_step_stays_the_same_through_a_run():
     analysis.run(steps=2)
     with pytest.raises(BadInput, match=r"has run 2 steps of dt=0.1: dt cannot change"):
         analysis.run(steps=4, dt=0.2)
-
-
-def test_a_material_knows_its_stable_step_once_it_has_a_density():
-    part = line(horizon=1.0)
-    part[displacement] = 0.0
-    steel = BondBased(part, E=E)
-    with pytest.raises(BadInput, match="is a density missing"):
-        Analysis([steel]).stable_dt()
-    part[density] = RHO
-    # two bonds of length h per inner node: c V / h = 2 E / h^2, so dt = sqrt(2 rho / (4 E / h^2)); h = 1 m
-    assert Analysis([steel]).stable_dt() == pytest.approx((RHO / (2 * E)) ** 0.5, rel=1e-12)

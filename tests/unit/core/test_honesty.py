@@ -84,6 +84,14 @@ def test_a_store_into_a_field_that_is_only_read(store):
     assert (part[a] == 1.0).all()
 
 
+def test_the_first_forces_are_watched_too():
+    """Made for the initial state, before the first step."""
+    part = given()
+    kick, liar = Toy(part, reads=(c,)), Toy(part, lambda self, clock: self[a].fill(0.0), reads=(a,), adds=(c,))
+    with pytest.raises(DishonestRelation, match=r"step 0 .*relation 1"):
+        watched(kick, liar)
+
+
 def test_a_compiled_store_is_caught_where_it_is_compiled():
     class Early(Toy):
         def attach(self):

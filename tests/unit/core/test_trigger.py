@@ -125,6 +125,13 @@ def test_combinations():
     assert fired(every(2) & ~(between(0.3, 0.7) | last)) == [2, 8]
 
 
+@pytest.mark.parametrize("other", [5, True, None, lambda clock: True])
+def test_only_triggers_combine(other):
+    for combine in (lambda: every(2) & other, lambda: every(2) | other):
+        with pytest.raises(TypeError, match="unsupported operand"):
+            combine()
+
+
 def test_triggers_are_values():
     assert every(25) == every(25)
     assert hash(every(25)) == hash(every(25))

@@ -71,6 +71,13 @@ class Toy(Relation):
         return [entry for entry in self.log if isinstance(entry, int)]
 
 
+class Stiff(Toy):
+    """Gives each node a squared angular frequency, 1/s^2: Stiff(part, squares=[...])."""
+
+    def squared_frequency(self) -> np.ndarray:
+        return np.asarray(self.parameters["squares"], dtype=float)
+
+
 def plus(field: Field, value: float = 1.0) -> Callable[[Toy, Any], None]:
     """Work: adds a number to every entry of a field."""
 

@@ -107,6 +107,13 @@ def test_the_smallest_clouds(count):
     assert inverse.tolist() == [1.0, 1.0][: 2 * (count - 1)]
 
 
+def test_nodes_that_were_moved_off_their_grid_are_found_where_they_are(rng):
+    part = Part("grid", rbs.Box(size=(1.0, 1.0))).discretize(0.1)
+    part[rbs.reference_position][:] += 0.05 * rng.random((100, 2))
+    part.connect(0.25)
+    same((*part.bonds.as_rows(), part.bonds.inverse_lengths), part.positions, 0.25)
+
+
 def test_a_cloud_far_from_the_origin_and_one_with_an_outlier():
     """Cells must not outgrow the points where one node lies a million horizons away."""
     rng = np.random.default_rng(5)

@@ -107,6 +107,7 @@ def test_critical_stretch_from_fracture_energy(dimension, plane):
         ({"s0": 0.1, "compression": 0.2}, "belongs to mode='both'"),
         ({"s0": 0.1, "mode": "both", "compression": -0.2}, "compression=-0.2 must be positive"),
         ({"s0": 0.1, "within": (0, 1)}, "must be a geometry"),
+        ({"s0": 0.1, "release": "later"}, "release='later' must be one of at once, next step"),
     ],
 )
 def test_bad_criteria(given, words):
@@ -118,6 +119,9 @@ def test_repr():
     assert repr(CriticalStretch(0.1)) == "CriticalStretch(0.1, mode='tension')"
     both = CriticalStretch(fracture_energy=5.0, mode="both", compression=0.2, within=rbs.Everywhere())
     assert repr(both) == "CriticalStretch(fracture_energy=5.0, mode='both', compression=0.2, within=Everywhere())"
+
+    late = CriticalStretch(0.1, release="next step")
+    assert repr(late) == "CriticalStretch(0.1, mode='tension', release='next step')"
 
     def gone(stretch, s0):
         return stretch > s0
