@@ -12,8 +12,6 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, ClassVar
 
-import numpy as np
-
 from rbs_core import checkpoint
 from rbs_core.contract import Plan, plan
 from rbs_core.errors import BadInput, DishonestRelation, NotFinite

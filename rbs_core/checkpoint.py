@@ -91,7 +91,9 @@ def writable_folder(folder: Path) -> Path:
         probe.touch()
         probe.unlink()
     except OSError as error:
-        raise BadInput(f"cannot write into the folder {folder}: {error.strerror or error}: choose another one") from None
+        raise BadInput(
+            f"cannot write into the folder {folder}: {error.strerror or error}: choose another one"
+        ) from None
     return folder
 
 

@@ -53,7 +53,7 @@ class Registry:
         for name in selected(points, os.environ.get("RBS_PLUGINS", "")):
             try:
                 self.register(points[name].load(), name)
-            except Exception as error:  # noqa: BLE001  a stranger's module may raise anything on import
+            except Exception as error:  # a stranger may raise anything on import
                 self.failed[name] = f"{type(error).__name__}: {error}"
                 warnings.warn(f"plugin '{name}' cannot be loaded ({self.failed[name]}): it is left out", stacklevel=4)
 
@@ -69,7 +69,9 @@ class Registry:
             self.sources[registered] = getattr(plugin, "__file__", None) or repr(plugin)
         for hook in self.manager.get_hookcallers(plugin) or []:
             if not hook.has_spec() and not all(each.optionalhook for each in hook.get_hookimpls()):
-                warnings.warn(f"plugin '{registered}' has a hook {hook.name}, which nobody calls: misspelt?", stacklevel=2)
+                warnings.warn(
+                    f"plugin '{registered}' has a hook {hook.name}, which nobody calls: misspelt?", stacklevel=2
+                )
 
     def relations(self) -> dict[str, type[Relation]]:
         """Every relation class by name.
@@ -139,7 +141,7 @@ _current: Registry | None = None
 
 def registry() -> Registry:
     """The registry of this process, filled at the first call."""
-    global _current  # noqa: PLW0603  one process has one set of plugins
+    global _current  # one process has one set of plugins
     if _current is None:
         _current = Registry()
     return _current
@@ -147,6 +149,6 @@ def registry() -> Registry:
 
 def use_registry(new: Registry | None) -> Registry | None:
     """Makes another registry the one of this process (None: discover again at next need); returns the one before."""
-    global _current  # noqa: PLW0603
+    global _current
     before, _current = _current, new
     return before

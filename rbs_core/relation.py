@@ -205,5 +205,3 @@ class Exporter(Relation):
     """Writes files. The analysis checks that what it reads is finite before it writes."""
 
     role = "exporter"
-
-

@@ -28,8 +28,8 @@ class Limit:
         where = self.part.positions[self.node].tolist()
         return UnstableStep(
             f"dt={dt:.6g} s is above the stable step {self.dt:.6g} s, which node {self.node} of part "
-            f"'{self.part.name}' at {where} sets: the run would explode. Take dt={0.8 * self.dt:.3g} (or leave it out), "
-            "or force_dt=True if you know better"
+            f"'{self.part.name}' at {where} sets: the run would explode. Take dt={0.8 * self.dt:.3g} (or leave it "
+            "out), or force_dt=True if you know better"
         )
 
 

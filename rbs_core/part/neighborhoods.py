@@ -213,5 +213,3 @@ class BondList(Bonds):
     @property
     def nbytes(self) -> int:
         return self._offsets.nbytes + self._neighbors.nbytes + self._inverse.nbytes + self.fields.nbytes
-
-

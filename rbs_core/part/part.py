@@ -114,7 +114,9 @@ class Part:
         if positions.ndim == 1:
             positions = positions[:, None] if self.dimension == 1 else positions[None, :]
         if positions.ndim != 2 or positions.shape[1] != self.dimension or not len(positions):
-            raise BadInput(f"part '{self.name}': points must be (n, {self.dimension}) with n > 0, got {positions.shape}")
+            raise BadInput(
+                f"part '{self.name}': points must be (n, {self.dimension}) with n > 0, got {positions.shape}"
+            )
         outside = np.flatnonzero(~self.geometry.contains(positions))
         if len(outside):
             raise BadInput(
@@ -197,8 +199,8 @@ class Part:
             raise BadInput(f"part '{self.name}': horizon={horizon} must be positive and finite")
         if self.spacing is not None and horizon < self.spacing * (1 - search.TOLERANCE):
             raise BadInput(
-                f"part '{self.name}': the horizon {horizon:g} m is below the spacing {self.spacing:g} m, so nodes would "
-                "have no neighbors: a horizon of about 3 spacings is usual"
+                f"part '{self.name}': the horizon {horizon:g} m is below the spacing {self.spacing:g} m, so nodes "
+                "would have no neighbors: a horizon of about 3 spacings is usual"
             )
         # somebody may have moved the nodes off the grid since
         if self.grid is not None and np.array_equal(positions, self.grid.points()[self._cells]):

@@ -94,7 +94,16 @@ def _lattice_count(cells: Any, node_of: Any, nx: int, ny: int, nz: int, steps: A
 
 @njit(parallel=True, cache=True)
 def _lattice_fill(
-    cells: Any, node_of: Any, nx: int, ny: int, nz: int, steps: Any, inverse: Any, offsets: Any, neighbors: Any, out: Any
+    cells: Any,
+    node_of: Any,
+    nx: int,
+    ny: int,
+    nz: int,
+    steps: Any,
+    inverse: Any,
+    offsets: Any,
+    neighbors: Any,
+    out: Any,
 ) -> None:
     for i in prange(cells.size):
         cell = cells[i]
@@ -111,9 +120,7 @@ def _lattice_fill(
 
 
 @njit(parallel=True, cache=True)
-def _cloud_count(
-    points: Any, place: Any, shape: Any, order: Any, starts: Any, limit: float, counts: Any
-) -> None:
+def _cloud_count(points: Any, place: Any, shape: Any, order: Any, starts: Any, limit: float, counts: Any) -> None:
     for i in prange(points.shape[0]):
         found = 0
         for w in range(max(place[i, 2] - 1, 0), min(place[i, 2] + 2, shape[2])):

@@ -1,4 +1,4 @@
-"""Its own tests need the installed package; without it the main suite tests it by tests/conformance/test_plugin_package.py."""
+"""Its own tests need the installed package; without it tests/conformance/test_plugin_package.py tests it."""
 
 from importlib import metadata
 

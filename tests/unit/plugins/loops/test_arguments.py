@@ -98,7 +98,7 @@ def test_vectors_are_refused_by_name(part):
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, "much", None, [1.0, 2.0]])
 def test_parameters_must_be_finite_numbers(part, value):
-    with pytest.raises(BadLaw, match="parameter c=.* must be a finite number"):
+    with pytest.raises(BadLaw, match=r"parameter c=.* must be a finite number"):
         resolve(lambda stretch, c: c * stretch, part, {"c": value})
 
 
