@@ -7,7 +7,7 @@ import signal
 import threading
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 from types import FrameType
 from typing import Any, ClassVar
@@ -166,7 +166,8 @@ class Analysis:
         Raises:
             UnstableStep: if dt is above the stable one.
             BadCheckpoint: if the checkpoint belongs to another scene.
-            NotFinite: if NaN or infinity appears; names step, relation, node and position.
+            NotFinite: if NaN or infinity appears in a force (force relations look at theirs in every step) or in
+                what is about to be exported or saved; names step, relation, node and position.
             DishonestRelation: with debug, if a relation breaks its contract.
         """
         begin = time.perf_counter()
@@ -206,9 +207,10 @@ class Analysis:
             report.seconds = time.perf_counter() - begin
             report.step, report.time = self.clock.step, self.clock.time
             report.steps = self.clock.step - first
-            for relation in self.unique:
-                relation.close()
-            hooks.rbs_analysis_finished(analysis=self, report=report)
+            with ExitStack() as ends:  # each is called, whatever the others raise
+                ends.callback(hooks.rbs_analysis_finished, analysis=self, report=report)
+                for relation in reversed(self.unique):
+                    ends.callback(relation.close)
         return report
 
     def _first_sums(self, watch: Watch | None) -> None:

@@ -203,11 +203,11 @@ def _keyed(analysis: Analysis) -> list[tuple[str, Relation]]:
 
 
 def fingerprint(analysis: Analysis, dt: float) -> dict[str, str]:
-    """What makes a scene the same scene: physics, nodes, bonds and given fields. Exporters do not count."""
+    """What makes a scene the same scene: physics, nodes, bonds and given fields. Measures do not count."""
     print_: dict[str, str] = {"time step": f"{dt!r} s"}
-    physics = [r for r in analysis.relations if r.role not in ("exporter", "checkpoint")]
+    physics = _physics(analysis)
     for number, relation in enumerate(physics):
-        parameters = ", ".join(f"{name}={_describe(value)}" for name, value in relation.parameters.items())
+        parameters = ", ".join(f"{name}={_describe(value)}" for name, value in relation.identity().items())
         print_[f"relation {number}"] = f"{relation.label}({parameters})"
     print_["number of relations"] = str(len(physics))
     for part in analysis.parts:
@@ -217,6 +217,13 @@ def fingerprint(analysis: Analysis, dt: float) -> dict[str, str]:
         if part.connected:
             print_[f"bonds of '{part.name}'"] = _digest(*part.bonds.as_rows())
     return {**print_, **analysis.given}
+
+
+def _physics(analysis: Analysis) -> list[Relation]:
+    """The relations that decide what happens: all but exporters, checkpoints, and measures that only those look at."""
+    physics = [r for r in analysis.relations if r.role not in ("exporter", "checkpoint")]
+    looked_at = {(r.part, field) for r in physics if r.role != "measure" for field in r.reads}
+    return [r for r in physics if r.role != "measure" or any((r.part, f) in looked_at for f in r.writes + r.updates)]
 
 
 def given_values(analysis: Analysis) -> dict[str, str]:

@@ -28,6 +28,7 @@ from rbs_core.relation import Relation
 from rbs_core.report import Report
 
 INTERRUPTED = 130
+WORDS = ("reads", "writes", "updates", "adds", "offers")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -61,13 +62,15 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("file", help="Python file with a function scene(...) that returns an Analysis")
     run.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="argument of scene(...)")
     run.add_argument("--out", metavar="DIR", help="folder of the results (default: out/<name of the file>)")
-    run.add_argument("--steps", type=int, help="total number of steps, instead of what the scene says")
+    run.add_argument(
+        "--steps", type=int, help="total number of steps, instead of what the scene says; measure(...) is left out then"
+    )
     run.add_argument("--resume", action="store_true", help="go on from the checkpoint of the scene, if there is one")
     run.add_argument("--quiet", action="store_true", help="no progress")
     run.set_defaults(command=_run)
     show = commands.add_parser("list", help="list relations, fields, geometries and plugins")
     show.set_defaults(command=_list)
-    describe = commands.add_parser("describe", help="contract, parameters and source of a relation or field")
+    describe = commands.add_parser("describe", help="contract, parameters and source of a relation, field or geometry")
     describe.add_argument("name")
     describe.set_defaults(command=_describe)
     return parser
@@ -167,14 +170,21 @@ def _write_result(
         },
     }
     partial = path.with_name(f".{path.name}.partial")
-    partial.write_text(json.dumps(result, indent=2, default=_plain) + "\n", encoding="utf-8")
+    partial.write_text(json.dumps(_plain(result), indent=2) + "\n", encoding="utf-8")
     partial.replace(path)
 
 
 def _plain(value: Any) -> Any:
+    """What JSON can hold: infinity and NaN become null."""
+    if isinstance(value, dict):
+        return {str(name): _plain(each) for name, each in value.items()}
     if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    return str(value)
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in value]
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value if isinstance(value, str | int | float | None) else str(value)
 
 
 # -- list and describe ------------------------------------------------------------------------------------------------
@@ -207,18 +217,24 @@ def _describe(options: argparse.Namespace) -> int:
         print(f"{options.name}{inspect.signature(relation.__init__)}\n")
         print(inspect.getdoc(relation) or "")
         print()
-        for word in ("reads", "writes", "updates", "adds", "offers"):
+        for word in WORDS:
             print(f"  {word:<8} {_fields(relation, word)}")
         print(f"\n{relation.__module__}, {inspect.getsourcefile(relation)}")
         return 0
     if field is not None:
         print(f"{field.name} ({field.symbol}): {field.doc}\n  at {field.at}, {field.shape}, unit {field.unit}")
         for name, each in sorted(known.relations().items()):
-            words = [w for w in ("reads", "writes", "updates", "adds", "offers") if field.name in _fields(each, w)]
+            declared = {word: getattr(each, word) for word in WORDS}
+            words = [word for word, fields in declared.items() if isinstance(fields, tuple) and field in fields]
+            words += [f"may {word[:-1]}" for word, fields in declared.items() if isinstance(fields, property)]
             if words:
                 print(f"  {name} {', '.join(words)} it")
         return 0
-    names = ", ".join(sorted([*known.relations(), *known.fields()]))
+    if options.name in known.geometries():
+        geometry = known.geometries()[options.name]
+        print(f"{options.name}{inspect.signature(geometry)}\n\n{inspect.getdoc(geometry)}")
+        return 0
+    names = ", ".join(sorted([*known.relations(), *known.fields(), *known.geometries()]))
     raise BadInput(f"nobody knows '{options.name}'; known are {names}")
 
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from rbs_core.errors import FieldClash, MissingField
-from rbs_core.fields import Field
+from rbs_core.fields import KERNEL_FIELDS, Field
 from rbs_core.part import Part
 from rbs_core.relation import Relation
 from rbs_core.trigger import always
@@ -35,6 +35,25 @@ class Plan:
     carried: list[Key] = field(default_factory=list)
     changed: set[Key] = field(default_factory=set)
     offered: set[Key] = field(default_factory=set)
+
+    def __str__(self) -> str:
+        """A line for each field: what the scene does with it."""
+        cleared = [key for keys in self.clear.values() for key in keys]
+        lines = []
+        for key in self.fields:
+            part, each = key
+            words = [
+                word
+                for word, there in (
+                    ("changed", key in self.changed),
+                    ("cleared", key in cleared),
+                    ("carried", key in self.carried),
+                    ("offer taken", key in self.offered),
+                )
+                if there
+            ]
+            lines.append(f"{part.name}: {each.name} ({each.at} {each.shape}) {', '.join(words) or 'only read'}")
+        return "\n".join(lines)
 
 
 def plan(relations: Sequence[Relation], providers: Providers = lambda _: ()) -> Plan:
@@ -85,13 +104,13 @@ def _check_gaps(relations: Sequence[Relation], made: Plan, providers: Providers)
     for position, relation in enumerate(relations):
         for each in relation.reads:
             key = (relation.part, each)
-            if key in made.changed or each in relation.part.store(each.at):
+            if key in made.changed or each in KERNEL_FIELDS or each in relation.part.store(each.at):
                 continue
             known = ", ".join(sorted(providers(each)))
-            could = f"add a relation that writes it ({known})" if known else "add a relation that writes it"
+            could = f", or add a relation that writes it ({known})" if known else " (no known relation writes it)"
             raise MissingField(
                 f"relation {position} ({relation.label}) reads '{each.name}' of part '{relation.part.name}', and "
-                f"nothing provides it: assign part[{each.name}] = ..., or {could}"
+                f"nothing provides it: assign part[{each.name}] = ...{could}"
             )
 
 

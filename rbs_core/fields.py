@@ -143,7 +143,10 @@ class FieldStore:
                 f"{self.owner}: '{field.name}' would be {values[tuple(index)]} at {self.at} {index.tolist()}: "
                 "give finite numbers"
             )
-        self.allocate(field)[...] = values
+        array = self.allocate(field)
+        if not array.flags.writeable:
+            raise BadInput(f"{self.owner}: '{field.name}' is fixed now that the part is connected: set it before")
+        array[...] = values
         self.given.add(field)
 
     def _converted(self, field: Field, value: ArrayLike) -> NDArray[Any]:

@@ -52,10 +52,17 @@ class Relation:
 
     _given_arguments: dict[str, Any]
 
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        # `__new__` takes anything: help and editors shall see what `__init__` takes
+        own = inspect.signature(cls.__init__)
+        cls.__signature__ = own.replace(parameters=list(own.parameters.values())[1:])  # type: ignore[attr-defined]
+
     def __new__(cls, *args: Any, **kwargs: Any) -> Relation:
         """Remembers the arguments, for `repr` and for the fingerprint of a checkpoint."""
         made = super().__new__(cls)
-        bound = inspect.signature(cls.__init__).bind(made, *args, **kwargs)
+        # partial: what is missing is for __init__ to complain about, and copying makes an object without arguments
+        bound = inspect.signature(cls.__init__).bind_partial(made, *args, **kwargs)
         named: dict[str, Any] = {}
         for name, value in list(bound.arguments.items())[1:]:
             kind = bound.signature.parameters[name].kind
@@ -151,6 +158,10 @@ class Relation:
     def label(self) -> str:
         """Name in reports."""
         return f"{type(self).__name__} '{self.part.name}'"
+
+    def identity(self) -> dict[str, Any]:
+        """What makes this relation the same one in a resumed run: its parameters, and functions that a class fixes."""
+        return self.parameters
 
     @property
     def parameters(self) -> dict[str, Any]:

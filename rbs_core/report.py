@@ -115,7 +115,7 @@ class Progress:
             self._bar.update(self._task, completed=step, total=last)
         else:
             left = (now - self._start) / max(step - self._first, 1) * (last - step)
-            log.info("%s: step %d of %d, about %.0f s left", self._title, step, last, left)
+            sys.stderr.write(f"{self._title}: step {step} of {last}, about {left:.0f} s left\n")
 
     def __exit__(self, *_: object) -> None:
         if self._bar is not None:

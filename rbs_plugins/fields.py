@@ -17,9 +17,17 @@ strain_energy_density = Field(
 dissipation_density = Field(
     "dissipation_density", "node", "scalar", "J/m^3", "D", "Half of the energy that the broken bonds of a node held."
 )
-breakable = Field("breakable", "bond", "scalar", "1", "b", "1 where the bond may break, 0 in a no-fail zone.", "uint8", 1)
+breakable = Field(
+    "breakable", "bond", "scalar", "1", "b", "1 where the bond may break, 0 in a no-fail zone.", "uint8", 1
+)
 volume_fraction = Field(
-    "volume_fraction", "bond", "scalar", "1", "β", "Share of the neighbor's cell that lies within the horizon.", initial=1
+    "volume_fraction",
+    "bond",
+    "scalar",
+    "1",
+    "β",
+    "Share of the neighbor's cell that lies within the horizon.",
+    initial=1,
 )
 kinetic_energy = Field("kinetic_energy", "part", "scalar", "J", "T", "Kinetic energy of the part.")
 strain_energy = Field("strain_energy", "part", "scalar", "J", "U", "Energy in the intact bonds of the part.")

@@ -215,6 +215,7 @@ class Part:
                     f"part '{self.name}': nodes {node} and {rows[1][together[0]]} are at the same place "
                     f"{positions[node].tolist()}: remove one"
                 )
+        positions.flags.writeable = False  # the bonds hold lengths that were measured here
         self._bonds = BondList(self.name, positions, rows, float(horizon))
         self._warn_of_lonely_nodes()
         return self

@@ -96,6 +96,11 @@ class BoundaryDomain(Boundary):
         self._u = self[displacement]
         self._size = self[volume][self.nodes]
         self._works = self.wants(external_work)
+        if self._works and self.when != always:
+            raise BadInput(
+                f"{self.label}: its work can only be followed if it acts in every step, not when={self.when}: let the "
+                "prescribed value depend on time instead"
+            )
         if self.moves:
             self._v, self._mass = self[velocity], self[density][self.nodes] * self._size
         else:

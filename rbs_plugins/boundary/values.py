@@ -80,8 +80,8 @@ class Values:
             row = np.broadcast_to(np.asarray(value, np.float64), (count,))
         except (TypeError, ValueError):
             raise BadInput(
-                f"{self._owner}: component {axis}{when} must be a number, {count} numbers (one per node) or a function, "
-                f"got {value!r}"
+                f"{self._owner}: component {axis}{when} must be a number, {count} numbers (one per node) or a "
+                f"function, got {value!r}"
             ) from None
         bad = np.flatnonzero(~np.isfinite(row))
         if len(bad):

@@ -7,7 +7,7 @@ from typing import Any
 
 from rbs_core import BadInput, Part, Trigger, always
 from rbs_plugins.constitutive.fracture import Criterion
-from rbs_plugins.constitutive.pairwise import PairwiseForce
+from rbs_plugins.constitutive.pairwise import PairwiseForce, require_bonds
 
 # Poisson's ratio that a pair potential gives: Cauchy's relations in 3-D and plane strain, 1/3 in plane stress.
 POISSON = {"stress": 1 / 3, "strain": 1 / 4, "3-D": 1 / 4}
@@ -66,7 +66,7 @@ class BondBased(PairwiseForce):
         plane: "stress" (default) or "strain", 2-D parts only.
         c: the micromodulus itself, N/m^6.
         partial_volume: "none" or "linear".
-        **options: see PairwiseForce; parameters of the law.
+        **parameters: numbers that law and criterion ask for, see PairwiseForce.
 
     Raises:
         BadInput: on a modulus that is not positive, too many or no moduli, or a Poisson's ratio it cannot have.
@@ -92,6 +92,7 @@ class BondBased(PairwiseForce):
         **parameters: float,
     ) -> None:
         name = type(self).__name__
+        require_bonds(name, part)
         self.case = _case(name, part, plane)
         self.E, self.horizon = _young(name, self.case, E, K, nu, c), part.bonds.horizon
         across = part.thickness or part.area or 1.0

@@ -14,8 +14,8 @@ from rbs_plugins.fields import volume_fraction
 def linear_band(part: Part) -> NDArray[np.float64]:
     """Share of the neighbor's cell within the horizon δ, linear over a band of one spacing Δ.
 
-    β = 1 up to δ − Δ/2, 0 from δ + Δ/2 on, straight in between (Madenci & Oterkus 2014, section 7.2: the band is as wide
-    as one cell). Neighbors beyond δ are not in the family, so β of a bond lies in [1/2, 1].
+    β = 1 up to δ − Δ/2, 0 from δ + Δ/2 on, straight in between (Madenci & Oterkus 2014, section 7.2: the band is as
+    wide as one cell). Neighbors beyond δ are not in the family, so β of a bond lies in [1/2, 1].
     """
     if part.spacing is None:
         raise BadInput(

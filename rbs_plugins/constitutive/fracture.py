@@ -102,7 +102,11 @@ class CriticalStretch(Criterion):
         BadInput: unless exactly one of s0 and fracture_energy is given and positive, or on an unknown mode.
     """
 
-    MODES: ClassVar[dict[str, Callable[..., Any]]] = {"tension": beyond_tension, "compression": beyond_compression, "both": beyond_both}
+    MODES: ClassVar[dict[str, Callable[..., Any]]] = {
+        "tension": beyond_tension,
+        "compression": beyond_compression,
+        "both": beyond_both,
+    }
 
     def __init__(
         self,

@@ -35,6 +35,12 @@ def hardening(stretch, c):
     return c * stretch * (1.0 + stretch * stretch)
 
 
+def require_bonds(name: str, part: Part) -> None:
+    """Raises BadInput if a part is not connected."""
+    if not part.connected:
+        raise BadInput(f"{name} '{part.name}': the part has no bonds: call part.connect(horizon=...) first")
+
+
 class PairwiseForce(Constitutive):
     """Bonds whose pairwise force f (N/m^6) along the deformed bond is a plain function.
 
@@ -78,8 +84,7 @@ class PairwiseForce(Constitutive):
             raise BadLaw(f"{self.label}: the law must be a function, got {law!r}")
         if fracture is not None and not isinstance(fracture, Criterion):
             raise BadInput(f"{self.label}: fracture={fracture!r} must be a criterion such as CriticalStretch(0.01)")
-        if not part.connected:
-            raise BadInput(f"{self.label}: the part has no bonds: call part.connect(horizon=...) first")
+        require_bonds(type(self).__name__, part)
         self._law, self._fracture, self._potential = law, fracture, potential
         self._fraction = set_partial_volume(part, partial_volume)
         limits = {} if fracture is None else fracture.parameters(self)
@@ -104,6 +109,11 @@ class PairwiseForce(Constitutive):
                 f"{self.label}: nobody asks for {', '.join(unknown)} (law, criterion and potential ask for "
                 f"{', '.join(asked) or 'no parameter'}): check the spelling"
             )
+
+    def identity(self) -> dict[str, Any]:
+        """The parameters and the functions: laws may also be fixed by a class."""
+        fails = None if self._fracture is None else self._fracture.function
+        return {**self.parameters, "law": self._law, "potential": self._potential, "criterion": fails}
 
     # -- contract ---------------------------------------------------------------------------------------------------
 
@@ -252,7 +262,7 @@ class PairwiseForce(Constitutive):
     def squared_frequency(self) -> NDArray[np.float64] | None:
         """Bound of the squared angular frequency at each node, 1/s^2: 2/ρ Σ |df/ds| β V / |ξ| at rest (Gershgorin).
 
-        For f = c s the step that follows from it, 2 / sqrt(max), is that of Silling & Askari (2005), sqrt(2ρ / Σ cV/|ξ|).
+        For f = c s the step that follows from it, 2 / sqrt(max), is sqrt(2ρ / Σ cV/|ξ|) of Silling & Askari (2005).
         None while the part has no density.
         """
         if density not in self.part:
@@ -264,5 +274,3 @@ class PairwiseForce(Constitutive):
 
     def items(self) -> int:
         return len(self.part.bonds)
-
-

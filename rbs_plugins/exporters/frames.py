@@ -37,16 +37,22 @@ class FrameExporter(Exporter):
         self, part: Part, fields: Iterable[Field], path: str | Path, *, configuration: str, when: Trigger
     ) -> None:
         super().__init__(part, when=when)
+        self.path = Path(path)
         self.fields = tuple(fields)
         for field in self.fields:
             if not isinstance(field, Field) or field.at != "node":
                 raise BadInput(f"{self.label}: {field!r} is no node field: only those can be exported as frames")
         if configuration not in CONFIGURATIONS:
             raise BadInput(f"{self.label}: configuration={configuration!r} must be one of {', '.join(CONFIGURATIONS)}")
-        self.path, self.configuration = Path(path), configuration
+        self.configuration = configuration
         moved = (displacement,) if configuration == "current" else ()
         self.reads = tuple(dict.fromkeys((reference_position, *moved, *self.fields)))
         self.frames: list[tuple[float, str]] = []
+
+    @property
+    def label(self) -> str:
+        """Name in reports, and in checkpoints: two exporters of one part differ by their files."""
+        return f"{super().label} {self.path.name}"
 
     def attach(self) -> None:
         writable_folder(self.path.parent)

@@ -88,20 +88,37 @@ class PictureExporter(FrameExporter):
                 point_size=self._point_size(points),
                 render_points_as_spheres=False,
                 lighting=False,
-                scalar_bar_args={"title": title, "color": "black", "position_x": 0.25, "width": 0.5, "height": 0.06},
+                show_scalar_bar=False,
             )
+            plotter.add_scalar_bar(
+                title, color="black", vertical=True, position_x=0.87, position_y=0.2, width=0.08, height=0.6,
+                title_font_size=18, label_font_size=16, n_labels=6, fmt="%.3g",
+            )  # fmt: skip
             plotter.add_text(f"{self.part.name}, t = {clock.time:.4g} s", font_size=12, color="black")
             if self.part.dimension < 3:
                 plotter.view_xy()
                 plotter.enable_parallel_projection()
-            plotter.camera.zoom(1.1)
+                self._frame_between_title_and_bar(plotter, points)
             file = self.frame(clock, "png")
             plotter.screenshot(str(file))
         finally:
             plotter.close()
 
+    def _frame_between_title_and_bar(self, plotter: Any, points: np.ndarray) -> None:
+        """Fits the part into the left 85 % and the lower 92 % of the picture."""
+        low, high = points.min(axis=0), points.max(axis=0)
+        width, height = self.size
+        tall = max((high[1] - low[1]) / 0.92, (high[0] - low[0]) / 0.85 * height / width, 1e-300) * 1.04
+        camera = plotter.camera
+        middle = (low + high) / 2
+        focus = (middle[0] + 0.075 * tall * width / height, middle[1] + 0.04 * tall, middle[2])
+        camera.focal_point = focus
+        camera.position = (focus[0], focus[1], focus[2] + 10 * tall)
+        camera.parallel_scale = tall / 2
+        camera.clipping_range = (5 * tall, 15 * tall)
+
     def _point_size(self, points: np.ndarray) -> float:
         """Pixels per node, so that the nodes of a grid just touch."""
         extent = max(float(np.ptp(points, axis=0).max()), 1e-300)
         spacing = self.part.spacing or extent / max(len(points), 1) ** (1 / self.part.dimension)
-        return float(np.clip(1.3 * min(self.size) * spacing / extent, 1.0, 40.0))
+        return float(np.clip(1.0 * min(self.size) * spacing / extent, 1.0, 60.0))

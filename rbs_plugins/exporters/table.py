@@ -29,13 +29,19 @@ class CSVExporter(Exporter):
 
     def __init__(self, part: Part, fields: Iterable[Field], path: str | Path, *, when: Trigger = always) -> None:
         super().__init__(part, when=when)
+        self.path = Path(path)
         self.fields = tuple(fields)
         for field in self.fields:
             if not isinstance(field, Field) or field.at != "part":
                 raise BadInput(f"{self.label}: {field!r} is no number of the part (at='part'), so it fits no table")
-        self.path, self.reads = Path(path), self.fields
+        self.reads = self.fields
         self._rows = 0
         self._file: TextIO | None = None
+
+    @property
+    def label(self) -> str:
+        """Name in reports, and in checkpoints: two exporters of one part differ by their files."""
+        return f"{super().label} {self.path.name}"
 
     def attach(self) -> None:
         writable_folder(self.path.parent)

@@ -89,7 +89,8 @@ class VTKExporter(FrameExporter):
         rows = "\n".join(
             f'    <DataSet timestep="{time!r}" group="" part="0" file={quoteattr(name)}/>' for time, name in self.frames
         )
-        text = f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n{rows}\n  </Collection>\n</VTKFile>\n'
+        head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>'
+        text = f"{head}\n{rows}\n  </Collection>\n</VTKFile>\n"
         partial = self.path.with_name(f".{self.path.name}.pvd.partial")
         partial.write_text(text, encoding="utf-8")
         partial.replace(self.path.with_name(f"{self.path.name}.pvd"))

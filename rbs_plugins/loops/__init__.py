@@ -14,7 +14,7 @@ from rbs_core import BadLaw
 from rbs_plugins.loops.arguments import names_of
 from rbs_plugins.loops.source import compilable, plain
 
-# A parallel region costs 5 to 15 microseconds; below this many items (bonds, or entries of arrays) one thread is faster.
+# A parallel region costs 5 to 15 microseconds; below this many items (bonds, entries of arrays) one thread is faster.
 SERIAL_BELOW = 20_000
 
 
@@ -67,8 +67,17 @@ def _why(functions: list[Any], error: Exception) -> str:
 def _essence(error: Exception) -> str:
     """The sentence of a numba message that says what is wrong."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    telling = [line for line in lines if re.match(r"(Unknown|Untyped|No implementation|NameError|Use of|Invalid|Cannot|Can't|Undefined|Unsupported|name )", line)]
-    return (telling or lines or ["unknown reason"])[0] + " (laws may use numbers, math, numpy scalars, if/else and other plain functions)"
+    telling = [
+        line
+        for line in lines
+        if re.match(
+            r"(Unknown|Untyped|No implementation|NameError|Use of|Invalid|Cannot|Can't|Undefined|Unsupported|name )",
+            line,
+        )
+    ]
+    return (telling or lines or ["unknown reason"])[
+        0
+    ] + " (laws may use numbers, math, numpy scalars, if/else and other plain functions)"
 
 
 def flat(array: np.ndarray) -> np.ndarray:

@@ -93,8 +93,10 @@ def _one(
     nodes = sorted(each for each, field in known.items() if field.at == "node" and field.shape == "scalar")
     raise BadLaw(
         f"{label(function)} of part '{part.name}' asks for '{name}', which nobody knows. Known are the kinematics "
-        f"{', '.join(KINEMATICS)}; {', '.join(CLOCK)}; parameters given as keywords ({', '.join(parameters) or 'none'}); "
-        f"bond fields ({', '.join(bonds)}); node fields with _i or _j behind ({', '.join(nodes)})"
+        f"{', '.join(KINEMATICS)}; {', '.join(CLOCK)}; parameters given as keywords "
+        f"({', '.join(parameters) or 'none'}); bond fields ({', '.join(bonds)}); "
+        f"node fields with _i or _j behind ({', '.join(nodes)}). "
+        "A field of your own counts once a plugin declares it or part[field] = ... has set it"
     )
 
 

@@ -12,21 +12,21 @@ CHUNK = 4096  # sums are made chunk by chunk and then in order, so they do not d
 
 @njit(parallel=True, cache=True, error_model="numpy")
 def add(out: Any, a: Any, b: Any) -> None:
-    """out = a + b, flat arrays."""
+    """Out = a + b, flat arrays."""
     for i in prange(out.size):
         out[i] = a[i] + b[i]
 
 
 @njit(parallel=True, cache=True, error_model="numpy")
 def add_scaled(out: Any, a: Any, factor: float) -> None:
-    """out += factor * a, flat arrays."""
+    """Out += factor * a, flat arrays."""
     for i in prange(out.size):
         out[i] += factor * a[i]
 
 
 @njit(parallel=True, cache=True, error_model="numpy")
 def add_divided(out: Any, a: Any, factor: float, divisor: Any) -> None:
-    """out += factor * a / divisor, rows (n, d) and one divisor (n,) per row."""
+    """Out += factor * a / divisor, rows (n, d) and one divisor (n,) per row."""
     for i in prange(out.shape[0]):
         share = factor / divisor[i]
         for k in range(out.shape[1]):

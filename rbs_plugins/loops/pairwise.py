@@ -152,12 +152,14 @@ def _force(r: Recipe) -> str:
         fails = f"fails({call('criterion', r.criterion_arguments)}){may}"
         count = [f"failing += holds & {fails}"]
         record = _record(r, text) if r.dissipation else []
+        released = [] if r.late else ["            holds = False"]
+        lost = [f"    dissipation[i] += lost{text.after}"] if r.dissipation else []
         cold = ["if failing > 0:", *(f"    {line}" for line in zero), *(["    lost = 0.0"] if r.dissipation else []),
                 "    for q in range(row_neighbors.size):", *(f"        {line}" for line in loop),
-                f"        if holds & {fails}:", "            row_intact[q] = 0", *([] if r.late else ["            holds = False"]),
+                f"        if holds & {fails}:", "            row_intact[q] = 0", *released,
                 *(f"            {line}" for line in record),
                 f"        {pull}", *(f"        {line}" for line in (*keep, *add)),
-                *([f"    dissipation[i] += lost{text.after}"] if r.dissipation else []), "    broken += failing"]  # fmt: skip
+                *lost, "    broken += failing"]  # fmt: skip
     finite = " and ".join(f"isfinite(f{k})" for k in axes)
     return text.function(
         "force", *zero, *(["failing = 0"] if count else []), "for q in range(row_neighbors.size):",
@@ -176,8 +178,11 @@ def _record(r: Recipe, text: _Text) -> list[str]:
     """
     axes = range(r.dimension)
     here, there = (", ".join(f"before[{end}, {k}]" for k in axes) for end in "ij")
-    lines = [f"{', '.join(f'o{k}' for k in axes)}, length_old = kinematics({here}, {there})",
-             "stretch_old = stretch_of(length_old, row_inverse[q])", "reference_length = 1.0 / row_inverse[q]"]  # fmt: skip
+    lines = [
+        f"{', '.join(f'o{k}' for k in axes)}, length_old = kinematics({here}, {there})",
+        "stretch_old = stretch_of(length_old, row_inverse[q])",
+        "reference_length = 1.0 / row_inverse[q]",
+    ]
     old = {"stretch": "stretch_old", "length": "length_old", "extension": "stretch_old * reference_length"}
     at, along, size = ({}, "d", "length") if r.late else (old, "o", "length_old")
     path = " + ".join(f"{along}{k} * (d{k} - o{k})" for k in axes)
@@ -194,7 +199,7 @@ def _potential_call(r: Recipe, **replaced: str) -> str:
 
 
 def _energy(r: Recipe) -> str:
-    text = _Text(r, list((*r.law_arguments, *r.potential_arguments)))
+    text = _Text(r, [*r.law_arguments, *r.potential_arguments])
     held = f"0.5 * {_potential_call(r)}{text.weight()}"
     body = [*text.bond(), f"held = {held}", *(["held = held if row_intact[q] != 0 else 0.0"] if r.intact else [])]
     return text.function(
@@ -222,14 +227,21 @@ def _stiffness(r: Recipe) -> str:
 
 
 def _quadrature(r: Recipe) -> str:
-    """potential = |ξ| ∫ law d(stretch) from 0 to the stretch, by Gauss-Legendre on panels."""
+    """Potential = |ξ| ∫ law d(stretch) from 0 to the stretch, by Gauss-Legendre on panels."""
     fixed = [f"a_{a.name}" for a in r.law_arguments if a.kind != "kinematic"]
     names = {"stretch": "x", "length": "(1.0 + x) * size", "extension": "x * size", "reference_length": "size"}
     values = [names[a.name] if a.kind == "kinematic" else f"a_{a.name}" for a in r.law_arguments]
-    terms = [line for point, weight in _GAUSS for line in (
-        f"        x = stretch * (panel + {point}) / {_PANELS}", f"        total += {weight} * law({', '.join(values)})")]
+    terms = [
+        line
+        for point, weight in _GAUSS
+        for line in (
+            f"        x = stretch * (panel + {point}) / {_PANELS}",
+            f"        total += {weight} * law({', '.join(values)})",
+        )
+    ]
     return "\n".join([STRICT, f"def potential({', '.join(['stretch', 'size', *fixed])}):", "    total = 0.0",
-                      f"    for panel in range({_PANELS}):", *terms, f"    return total * stretch * size / {_PANELS}"])  # fmt: skip
+                      f"    for panel in range({_PANELS}):", *terms,
+                      f"    return total * stretch * size / {_PANELS}"])  # fmt: skip
 
 
 def _kinematics(dimension: int) -> str:

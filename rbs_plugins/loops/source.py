@@ -42,9 +42,7 @@ def compilable(function: Any, *, busy: tuple[Any, ...] = ()) -> Callable[..., An
     if not helpers:
         return original
     scope = {**original.__globals__, **helpers}
-    return types.FunctionType(
-        original.__code__, scope, original.__name__, original.__defaults__, original.__closure__
-    )
+    return types.FunctionType(original.__code__, scope, original.__name__, original.__defaults__, original.__closure__)
 
 
 def definitions(functions: dict[str, Any]) -> list[str] | None:

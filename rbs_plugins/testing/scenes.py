@@ -20,9 +20,9 @@ from rbs_plugins.testing.specimen import NotApplicable, RelationClass, body
 def scene_of(
     relation_class: RelationClass, dimension: int, cloud: str = "jittered", **arguments: Any
 ) -> list[rbs.Relation]:
-    """A small moving body with the relation at its place in the step; the relation is the last that is named.
+    """A small moving body, with the relation at its place in a step of velocity Verlet.
 
-    Beside it a brittle bond-based material and velocity Verlet, so that everything has something to work on.
+    Relations that make no forces get a brittle bond-based material, so that they have something to work on.
     """
     part = body(dimension, cloud)
     rng = np.random.default_rng(5)
@@ -34,7 +34,7 @@ def scene_of(
     verlet = VelocityVerlet(part)
     others = partners(relation)
     if relation.role == "constitutive":
-        return verlet.step([steel, *others, relation])
+        return verlet.step([*others, relation])
     if relation.role == "boundary":
         return verlet.step([steel, *others], [relation])  # type: ignore[list-item]
     return [*verlet.step([steel, *others]), relation]

@@ -16,7 +16,8 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 TARGETS = {  # of the reference machine (2 cores of an AMD Zen 5 at 4.4 GHz): ms, seconds, GiB
-    "plate": {"force_ms": 10.0, "step_over_force": 1.25, "search_s": 0.15, "compile_cold_s": 3.0, "compile_cached_s": 0.5},
+    "plate": {"force_ms": 10.0, "step_over_force": 1.25, "search_s": 0.15,
+              "compile_cold_s": 3.0, "compile_cached_s": 0.5},
     "cube": {"force_ms": 60.0, "step_over_force": 1.25, "search_s": 2.5, "peak_GiB": 3.5},
 }  # fmt: skip
 
@@ -31,7 +32,10 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         Path(folder).chmod(0o700)
         cache = {"RBS_CACHE": folder, "NUMBA_CACHE_DIR": folder}
-        figures["plate"] = {"cold": _row("plate", sizes["plate"], **cache), "warm": _row("plate", sizes["plate"], **cache)}
+        figures["plate"] = {
+            "cold": _row("plate", sizes["plate"], **cache),
+            "warm": _row("plate", sizes["plate"], **cache),
+        }
         figures["cube"] = {"warm": _row("cube", sizes["cube"], **cache)}
     _print(figures)
     if options.json:
@@ -54,7 +58,10 @@ def _print(figures: dict) -> None:
     for scene in ("plate", "cube"):
         rows = figures[scene]
         warm = rows["warm"]
-        print(f"\n{scene}: {warm['nodes']:.0f} nodes, {warm['bonds']:.0f} directed bonds, {warm['bytes_per_bond']:.1f} bytes per bond")
+        print(
+            f"\n{scene}: {warm['nodes']:.0f} nodes, {warm['bonds']:.0f} directed bonds, "
+            f"{warm['bytes_per_bond']:.1f} bytes per bond"
+        )
         for n in sorted({1, cores}):
             best, median, largest = (warm[f"force_{n}_{which}"] for which in ("best", "median", "largest"))
             rate = warm["bonds"] / best / n / 1e6

@@ -186,7 +186,7 @@ def of_extension(extension, reference_length, c):
     ids=lambda x: getattr(x, "__name__", None),
 )
 def test_quadrature_of_smooth_laws_is_exact(pair, law, exact, stretch):
-    """Gauss rules with 5 points integrate polynomials of degree 9 exactly; on 8 panels these laws are as good as that."""
+    """Gauss rules with 5 points integrate polynomials of degree 9 exactly; on 8 panels these laws are as good."""
     pair[displacement] = [[0.0], [stretch]]
     force = PairwiseForce(pair, law, c=4.0)
     step(force, StrainEnergy(pair, [force]))
