@@ -91,7 +91,8 @@ class Analysis:
     @property
     def parts(self) -> list[Part]:
         """The parts that the relations speak of, in order of first mention."""
-        return list(dict.fromkeys(r.part for r in self._relations if not isinstance(r, checkpoint.Checkpoint)))
+        relations = [r for r in self._relations if not isinstance(r, checkpoint.Checkpoint)]
+        return list(dict.fromkeys(part for relation in relations for part in relation.parts))
 
     @property
     def unique(self) -> list[Relation]:
@@ -114,9 +115,8 @@ class Analysis:
         for part, field in self.plan.fields:
             part.store(field.at).allocate(field)
         for relation in self.unique:
-            offered = frozenset(f for p, f in self.plan.offered if p is relation.part)
-            changed = frozenset(f for p, f in self.plan.changed if p is relation.part)
-            relation.join(offered & frozenset(relation.offers), changed, debug)
+            offered = self.plan.offered.intersection(relation.keys("offers"))
+            relation.join(frozenset(offered), frozenset(self.plan.changed), debug)
             if isinstance(relation, checkpoint.Checkpoint):
                 relation.bind(self)
         for relation in self.unique:
@@ -222,10 +222,10 @@ class Analysis:
         needed = summed.intersection(self.plan.carried)
         chosen = []
         for position, relation in reversed(list(enumerate(self._relations))):
-            made = {(relation.part, field) for field in (*relation.writes, *relation.adds)}
+            made = set(relation.keys("writes", "adds"))
             if made & needed and relation.when(self.clock):
                 chosen.append((position, relation))
-                needed |= {(relation.part, field) for field in relation.reads}
+                needed.update(relation.keys("reads"))
         for part, field in summed & needed:
             part.store(field.at).get(field)[...] = 0
         for position, relation in reversed(chosen):
@@ -252,7 +252,7 @@ class Analysis:
             if watch is not None:
                 watch.before(relation)
             if relation.role == "exporter":
-                check_finite((relation.part, field) for field in relation.reads)
+                check_finite(relation.keys("reads"))
             with nullcontext() if watch is None else blamed(relation):
                 relation.apply(clock)
             if watch is not None:

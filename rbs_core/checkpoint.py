@@ -222,8 +222,8 @@ def fingerprint(analysis: Analysis, dt: float) -> dict[str, str]:
 def _physics(analysis: Analysis) -> list[Relation]:
     """The relations that decide what happens: all but exporters, checkpoints, and measures that only those look at."""
     physics = [r for r in analysis.relations if r.role not in ("exporter", "checkpoint")]
-    looked_at = {(r.part, field) for r in physics if r.role != "measure" for field in r.reads}
-    return [r for r in physics if r.role != "measure" or any((r.part, f) in looked_at for f in r.writes + r.updates)]
+    looked_at = {key for r in physics if r.role != "measure" for key in r.keys("reads")}
+    return [r for r in physics if r.role != "measure" or looked_at & set(r.keys("writes", "updates"))]
 
 
 def given_values(analysis: Analysis) -> dict[str, str]:

@@ -10,11 +10,9 @@ from dataclasses import dataclass, field
 
 from rbs_core.errors import FieldClash, MissingField
 from rbs_core.fields import KERNEL_FIELDS, Field
-from rbs_core.part import Part
-from rbs_core.relation import Relation
+from rbs_core.relation import Key, Relation
 from rbs_core.trigger import always
 
-Key = tuple[Part, Field]
 Providers = Callable[[Field], Iterable[str]]
 
 
@@ -68,28 +66,26 @@ def plan(relations: Sequence[Relation], providers: Providers = lambda _: ()) -> 
         MissingField: if a field is read that neither the script nor a relation provides.
     """
     made = Plan()
-    read = {(r.part, f) for r in relations for f in r.reads}
-    made.offered = {(r.part, f) for r in relations for f in r.offers} & read
+    read = {key for relation in relations for key in relation.keys("reads")}
+    made.offered = {key for relation in relations for key in relation.keys("offers")} & read
     for relation in relations:
-        for each in (*relation.reads, *_changes(relation, made.offered)):
-            if (relation.part, each) not in made.fields:
-                made.fields.append((relation.part, each))
-        made.changed |= {(relation.part, each) for each in _changes(relation, made.offered)}
+        changes = _changes(relation, made.offered)
+        made.fields = list(dict.fromkeys([*made.fields, *relation.keys("reads"), *changes]))
+        made.changed |= set(changes)
     _check_names(made.fields)
     _check_gaps(relations, made, providers)
     _check_adders(relations)
     _check_writers(relations, made)
     for position, relation in enumerate(relations):
-        for each in relation.adds:
-            if not any((relation.part, each) in cleared for cleared in made.clear.values()):
-                made.clear.setdefault(position, []).append((relation.part, each))
+        for key in relation.keys("adds"):
+            if not any(key in cleared for cleared in made.clear.values()):
+                made.clear.setdefault(position, []).append(key)
     made.carried = _carried(relations, made)
     return made
 
 
-def _changes(relation: Relation, offered: set[Key]) -> tuple[Field, ...]:
-    taken = tuple(each for each in relation.offers if (relation.part, each) in offered)
-    return (*relation.writes, *relation.updates, *relation.adds, *taken)
+def _changes(relation: Relation, offered: set[Key]) -> list[Key]:
+    return [*relation.keys("writes", "updates", "adds"), *(key for key in relation.keys("offers") if key in offered)]
 
 
 def _check_names(keys: list[Key]) -> None:
@@ -102,32 +98,29 @@ def _check_names(keys: list[Key]) -> None:
 
 def _check_gaps(relations: Sequence[Relation], made: Plan, providers: Providers) -> None:
     for position, relation in enumerate(relations):
-        for each in relation.reads:
-            key = (relation.part, each)
-            if key in made.changed or each in KERNEL_FIELDS or each in relation.part.store(each.at):
+        for part, each in relation.keys("reads"):
+            if (part, each) in made.changed or each in KERNEL_FIELDS or each in part.store(each.at):
                 continue
             known = ", ".join(sorted(providers(each)))
             could = f", or add a relation that writes it ({known})" if known else " (no known relation writes it)"
             raise MissingField(
-                f"relation {position} ({relation.label}) reads '{each.name}' of part '{relation.part.name}', and "
+                f"relation {position} ({relation.label}) reads '{each.name}' of part '{part.name}', and "
                 f"nothing provides it: assign part[{each.name}] = ...{could}"
             )
 
 
 def _check_adders(relations: Sequence[Relation]) -> None:
     """Between the first and the last relation that add to a field, nobody may look at the half-made sum."""
-    sums = {(r.part, f) for r in relations for f in r.adds}
+    sums = dict.fromkeys(key for relation in relations for key in relation.keys("adds"))
     for part, each in sums:
-        places = [i for i, r in enumerate(relations) if r.part is part and each in r.adds]
+        places = [i for i, relation in enumerate(relations) if (part, each) in relation.keys("adds")]
         for i, relation in enumerate(relations):
-            if relation.part is not part:
-                continue
-            if each in (*relation.writes, *relation.updates):
+            if (part, each) in relation.keys("writes", "updates"):
                 raise FieldClash(
                     f"relation {i} ({relation.label}) sets '{each.name}' of part '{part.name}', and relation "
                     f"{places[0]} ({relations[places[0]].label}) adds to it: a field is either set or summed"
                 )
-            if each in relation.reads and places[0] < i < places[-1]:
+            if (part, each) in relation.keys("reads") and places[0] < i < places[-1]:
                 raise FieldClash(
                     f"relation {i} ({relation.label}) reads '{each.name}' of part '{part.name}' between relations "
                     f"{places[0]} and {places[-1]}, which both add to it, so it would see half of the sum: list the "
@@ -140,11 +133,9 @@ def _check_writers(relations: Sequence[Relation], made: Plan) -> None:
     for part, each in made.changed:
         previous: int | None = None
         for i, relation in enumerate(relations):
-            if relation.part is not part:
-                continue
-            if each in (*relation.reads, *relation.updates):
+            if (part, each) in relation.keys("reads", "updates"):
                 previous = None
-            if each in relation.writes:
+            if (part, each) in relation.keys("writes"):
                 other = None if previous is None else relations[previous]
                 if other is not None and other is not relation and other.when == always == relation.when:
                     raise FieldClash(
@@ -160,21 +151,17 @@ def _carried(relations: Sequence[Relation], made: Plan) -> list[Key]:
     A setter counts only if it runs in every step, or under the trigger of the reader.
     """
     carried = []
-    for part, each in made.fields:
-        if (part, each) not in made.changed:
+    for key in made.fields:
+        if key not in made.changed:
             continue
         setters: list[object] = []
         for position, relation in enumerate(relations):
-            if (part, each) in made.clear.get(position, []):
+            if key in made.clear.get(position, []):
                 setters.append(always)
-            if relation.part is not part:
-                continue
-            looks = each in (*relation.reads, *relation.updates) or (
-                each in relation.offers and (part, each) in made.offered
-            )
+            looks = key in relation.keys("reads", "updates") or (key in made.offered and key in relation.keys("offers"))
             if looks and always not in setters and relation.when not in setters:
-                carried.append((part, each))
+                carried.append(key)
                 break
-            if each in relation.writes:
+            if key in relation.keys("writes"):
                 setters.append(relation.when)
     return carried

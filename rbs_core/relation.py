@@ -8,7 +8,8 @@ allocate, clear, check and save (see `rbs_core.contract`):
     updates  changed in place, or only some entries
     adds     accumulated: several relations may add; cleared before the first of them in every step
 
-and a fifth, `offers`: updated as well, but only in scenes where some relation reads it.
+and a fifth, `offers`: updated as well, but only in scenes where some relation reads it. A field of another part than
+the relation's own is named as a pair (part, field).
 """
 
 from __future__ import annotations
@@ -24,7 +25,11 @@ from rbs_core.fields import Field
 from rbs_core.part import Part
 from rbs_core.trigger import Clock, Trigger, always
 
-Fields = tuple[Field, ...]
+Key = tuple[Part, Field]
+Fields = tuple[Field | Key, ...]
+
+
+WORDS = ("reads", "writes", "updates", "adds", "offers")
 
 
 class Relation:
@@ -77,8 +82,8 @@ class Relation:
             raise BadInput(f"{type(self).__name__}: when={when!r} must be a trigger such as every(25)")
         self.part = part
         self.when = when
-        self._offered: frozenset[Field] = frozenset()
-        self._changed: frozenset[Field] | None = None
+        self._offered: frozenset[Key] = frozenset()
+        self._changed: frozenset[Key] | None = None
         self._strict = False
 
     # -- what a subclass overrides ----------------------------------------------------------------------------------
@@ -116,41 +121,69 @@ class Relation:
 
     # -- what a subclass uses ---------------------------------------------------------------------------------------
 
-    def __getitem__(self, field: Field) -> NDArray[Any]:
-        """The array of a declared field of the part.
+    def keys(self, *words: str) -> list[Key]:
+        """What the contract names under some of its words, as pairs (part, field), each once."""
+        named = [each for word in words for each in getattr(self, word)]
+        return list(dict.fromkeys(each if isinstance(each, tuple) else (self.part, each) for each in named))
+
+    @property
+    def parts(self) -> list[Part]:
+        """The parts that the contract speaks of, its own first."""
+        return list(dict.fromkeys([self.part, *(part for part, _ in self.keys(*WORDS))]))
+
+    def __getitem__(self, field: Field | Key) -> NDArray[Any]:
+        """The array of a declared field of the part; `self[other, field]` of another part.
 
         Raises:
             UndeclaredField: if the contract does not name it, or names it as an offer that nobody took.
         """
-        changed = {*self.writes, *self.updates, *self.adds, *self._offered}
-        if field not in changed and field not in self.reads:
+        key = field if isinstance(field, tuple) else (self.part, field)
+        part, field = key
+        changed = {*self.keys("writes", "updates", "adds"), *self._offered}
+        if key not in changed and key not in self.keys("reads"):
             raise UndeclaredField(
                 f"{self.label} fetches '{field.name}', which its contract does not name: add it to reads, writes, "
                 f"updates or adds of {type(self).__name__}"
             )
-        array = self.part.store(field.at).allocate(field)
-        if self._strict and field not in changed:
+        array = part.store(field.at).allocate(field)
+        if self._strict and key not in changed:
             array = array.view()
             array.flags.writeable = False
         return array
+
+    def __setitem__(self, field: Field | Key, value: Any) -> None:
+        """Sets every entry; also what `self[field] += ...` ends with.
+
+        Raises:
+            UndeclaredField: if the contract does not say that the relation changes the field.
+        """
+        array = self[field]
+        key = field if isinstance(field, tuple) else (self.part, field)
+        if key not in self.keys("writes", "updates", "adds") and key not in self._offered:
+            raise UndeclaredField(
+                f"{self.label} sets '{key[1].name}', which its contract only reads: name it under writes, updates "
+                "or adds"
+            )
+        if value is not array:
+            array[...] = value
 
     def constant(self, field: Field) -> float | None:
         """The one value of a scalar field that is equal everywhere and that no relation of the scene changes, or None.
 
         Loops take it as a number: nothing to load. Before the relation is part of a prepared scene it is None.
         """
-        if self._changed is None or field in self._changed:
+        if self._changed is None or (self.part, field) in self._changed:
             return None
         array = self[field]
         return float(array.flat[0]) if array.size and (array == array.flat[0]).all() else None
 
     def wants(self, field: Field) -> bool:
         """True if some relation of the scene reads this offer."""
-        return field in self._offered
+        return (self.part, field) in self._offered
 
     # -- what the analysis uses -------------------------------------------------------------------------------------
 
-    def join(self, offered: frozenset[Field], changed: frozenset[Field], strict: bool) -> None:
+    def join(self, offered: frozenset[Key], changed: frozenset[Key], strict: bool) -> None:
         """Called by the analysis when the contracts are known: taken offers, fields that change in the scene."""
         self._offered, self._changed, self._strict = offered, changed, strict
 

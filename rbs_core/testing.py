@@ -79,11 +79,11 @@ def partners(relation: Relation) -> list[Relation]:
 
 def furnish(relations: Sequence[Relation]) -> None:
     """Gives every field that is read and that nobody provides: 1 for scalars, the initial value for the others."""
-    changed = {(r.part, f) for r in relations for f in (*r.writes, *r.updates, *r.adds, *r.offers)}
+    changed = {key for relation in relations for key in relation.keys("writes", "updates", "adds", "offers")}
     for relation in relations:
-        for field in relation.reads:
-            if (relation.part, field) not in changed and field not in relation.part.store(field.at):
-                relation.part[field] = 1 if field.shape == "scalar" else field.initial
+        for part, field in relation.keys("reads"):
+            if (part, field) not in changed and field not in part.store(field.at):
+                part[field] = 1 if field.shape == "scalar" else field.initial
 
 
 def check_contract(
@@ -142,7 +142,7 @@ def check_honesty(
     Raises:
         DishonestRelation, UndeclaredField: if it does something else than its contract says.
     """
-    relations = [*scene, *([_Reader(relation.part, relation.offers)] if relation.offers else [])]
+    relations = [*scene, *([_Reader(relation)] if relation.offers else [])]
     furnish(relations)
     analysis = Analysis(relations)
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
@@ -150,9 +150,9 @@ def check_honesty(
             steps=steps, dt=_time_step(analysis) if dt is None else dt, debug=True, force_dt=True, progress=False
         )
         assert report.steps == steps
-        for field in (*relation.writes, *relation.updates, *relation.adds, *relation.offers):
-            array = relation.part[field]
-            wanted = relation.part.store(field.at).shape(field)
+        for part, field in relation.keys("writes", "updates", "adds", "offers"):
+            array = part[field]
+            wanted = part.store(field.at).shape(field)
             assert array.shape == wanted, f"{relation.label} left '{field.name}' with shape {array.shape}, not {wanted}"
             assert array.dtype == np.dtype(field.dtype), f"{relation.label} left '{field.name}' as {array.dtype}"
         bound = relation.squared_frequency()
@@ -213,9 +213,9 @@ class _Reader(Measure):
 
     example = None
 
-    def __init__(self, part: Part, fields: tuple[Field, ...]) -> None:
-        super().__init__(part)
-        self.reads = fields
+    def __init__(self, relation: Relation) -> None:
+        super().__init__(relation.part)
+        self.reads = relation.offers
 
 
 def _scene(relations: Sequence[Relation]) -> Analysis:

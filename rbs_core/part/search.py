@@ -15,11 +15,10 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 TOLERANCE = 1e-9
+Rows = tuple[NDArray[np.int64], NDArray[np.uint32], NDArray[np.float64]]
 
 
-def lattice_rows(
-    cells: NDArray[np.int64], shape: tuple[int, ...], spacing: float, horizon: float
-) -> tuple[NDArray[np.int64], NDArray[np.uint32], NDArray[np.float64]]:
+def lattice_rows(cells: NDArray[np.int64], shape: tuple[int, ...], spacing: float, horizon: float) -> Rows:
     """Families of nodes on a regular grid.
 
     Args:
@@ -42,18 +41,10 @@ def lattice_rows(
     nx, ny, nz = (*shape, 1, 1)[:3]
     node_of = np.full(nx * ny * nz, -1, np.int64)
     node_of[cells] = np.arange(len(cells))
-    counts = np.zeros(len(cells) + 1, np.int64)
-    _lattice_count(cells, node_of, nx, ny, nz, steps, counts)
-    offsets = np.cumsum(counts)
-    neighbors = np.empty(offsets[-1], np.uint32)
-    lengths = np.empty(offsets[-1], np.float64)
-    _lattice_fill(cells, node_of, nx, ny, nz, steps, inverse, offsets, neighbors, lengths)
-    return offsets, neighbors, lengths
+    return _count_then_fill(len(cells), _lattice_pass, (cells, node_of, nx, ny, nz, steps, inverse))
 
 
-def cloud_rows(
-    points: NDArray[np.float64], horizon: float
-) -> tuple[NDArray[np.int64], NDArray[np.uint32], NDArray[np.float64]]:
+def cloud_rows(points: NDArray[np.float64], horizon: float) -> Rows:
     """Families of any cloud of points (n, d); returns as `lattice_rows`."""
     n = len(points)
     padded = np.zeros((n, 3))
@@ -70,94 +61,88 @@ def cloud_rows(
     order = np.argsort(cell, kind="stable")
     starts = np.searchsorted(cell[order], np.arange(np.prod(shape) + 1))
     limit = (horizon * (1 + TOLERANCE)) ** 2
-    counts = np.zeros(n + 1, np.int64)
-    _cloud_count(padded, place, shape, order, starts, limit, counts)
-    offsets = np.cumsum(counts)
-    neighbors = np.empty(offsets[-1], np.uint32)
-    lengths = np.empty(offsets[-1], np.float64)
-    _cloud_fill(padded, place, shape, order, starts, limit, offsets, neighbors, lengths)
+    return _count_then_fill(n, _cloud_pass, (padded, place, shape, order, starts, limit))
+
+
+def _count_then_fill(nodes: int, search: Any, arguments: tuple[Any, ...]) -> Rows:
+    """Two calls of a pass: one that counts, one that fills rows of just the right size."""
+    offsets = np.zeros(nodes + 1, np.int64)
+    search(*arguments, offsets, np.empty(0, np.uint32), np.empty(0))
+    np.cumsum(offsets, out=offsets)
+    neighbors, lengths = np.empty(offsets[-1], np.uint32), np.empty(offsets[-1])
+    search(*arguments, offsets, neighbors, lengths)
     return offsets, neighbors, lengths
 
 
-@njit(parallel=True, cache=True)
-def _lattice_count(cells: Any, node_of: Any, nx: int, ny: int, nz: int, steps: Any, counts: Any) -> None:
-    for i in prange(cells.size):
-        cell = cells[i]
-        x, y, z = cell % nx, (cell // nx) % ny, cell // (nx * ny)
-        found = 0
-        for k in range(steps.shape[0]):
-            u, v, w = x + steps[k, 0], y + steps[k, 1], z + steps[k, 2]
-            if 0 <= u < nx and 0 <= v < ny and 0 <= w < nz and node_of[u + nx * (v + ny * w)] >= 0:
+@njit(inline="always")
+def _lattice_row(
+    cell: int, node_of: Any, nx: int, ny: int, nz: int, steps: Any, inverse: Any, row: Any, lengths: Any, fill: bool
+) -> int:
+    """Finds the neighbors of a cell; writes them if asked to. Returns how many there are."""
+    x, y, z = cell % nx, (cell // nx) % ny, cell // (nx * ny)
+    found = 0
+    for k in range(steps.shape[0]):
+        u, v, w = x + steps[k, 0], y + steps[k, 1], z + steps[k, 2]
+        if 0 <= u < nx and 0 <= v < ny and 0 <= w < nz:
+            j = node_of[u + nx * (v + ny * w)]
+            if j >= 0:
+                if fill:
+                    row[found] = j
+                    lengths[found] = inverse[k]
                 found += 1
-        counts[i + 1] = found
+    return found
 
 
 @njit(parallel=True, cache=True)
-def _lattice_fill(
-    cells: Any,
-    node_of: Any,
-    nx: int,
-    ny: int,
-    nz: int,
-    steps: Any,
-    inverse: Any,
-    offsets: Any,
-    neighbors: Any,
-    out: Any,
+def _lattice_pass(
+    cells: Any, node_of: Any, nx: int, ny: int, nz: int, steps: Any, inverse: Any, offsets: Any, rows: Any, lengths: Any
 ) -> None:
+    """Counts into offsets[1:] while there is no room for neighbors, fills the rows otherwise."""
+    fill = rows.size > 0
     for i in prange(cells.size):
-        cell = cells[i]
-        x, y, z = cell % nx, (cell // nx) % ny, cell // (nx * ny)
-        slot = offsets[i]
-        for k in range(steps.shape[0]):
-            u, v, w = x + steps[k, 0], y + steps[k, 1], z + steps[k, 2]
-            if 0 <= u < nx and 0 <= v < ny and 0 <= w < nz:
-                j = node_of[u + nx * (v + ny * w)]
-                if j >= 0:
-                    neighbors[slot] = j
-                    out[slot] = inverse[k]
-                    slot += 1
+        begin, end = (offsets[i], offsets[i + 1]) if fill else (0, 0)
+        found = _lattice_row(cells[i], node_of, nx, ny, nz, steps, inverse, rows[begin:end], lengths[begin:end], fill)
+        if not fill:
+            offsets[i + 1] = found
+
+
+@njit(inline="always")
+def _cloud_row(
+    i: int, points: Any, place: Any, shape: Any, order: Any, starts: Any, limit: float, row: Any, fill: bool
+) -> int:
+    """Finds the neighbors of a point in the cells around it; writes them if asked to. Returns how many there are."""
+    found = 0
+    for w in range(max(place[i, 2] - 1, 0), min(place[i, 2] + 2, shape[2])):
+        for v in range(max(place[i, 1] - 1, 0), min(place[i, 1] + 2, shape[1])):
+            first = shape[0] * (v + shape[1] * w)
+            low, high = max(place[i, 0] - 1, 0), min(place[i, 0] + 2, shape[0])
+            for q in range(starts[first + low], starts[first + high]):
+                j = order[q]
+                dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
+                dz = points[j, 2] - points[i, 2]
+                if j != i and dx * dx + dy * dy + dz * dz <= limit:
+                    if fill:
+                        row[found] = j
+                    found += 1
+    return found
 
 
 @njit(parallel=True, cache=True)
-def _cloud_count(points: Any, place: Any, shape: Any, order: Any, starts: Any, limit: float, counts: Any) -> None:
-    for i in prange(points.shape[0]):
-        found = 0
-        for w in range(max(place[i, 2] - 1, 0), min(place[i, 2] + 2, shape[2])):
-            for v in range(max(place[i, 1] - 1, 0), min(place[i, 1] + 2, shape[1])):
-                first = shape[0] * (v + shape[1] * w)
-                low, high = max(place[i, 0] - 1, 0), min(place[i, 0] + 2, shape[0])
-                for q in range(starts[first + low], starts[first + high]):
-                    j = order[q]
-                    dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
-                    dz = points[j, 2] - points[i, 2]
-                    if j != i and dx * dx + dy * dy + dz * dz <= limit:
-                        found += 1
-        counts[i + 1] = found
-
-
-@njit(parallel=True, cache=True)
-def _cloud_fill(
-    points: Any, place: Any, shape: Any, order: Any, starts: Any, limit: float, offsets: Any, neighbors: Any, out: Any
+def _cloud_pass(
+    points: Any, place: Any, shape: Any, order: Any, starts: Any, limit: float, offsets: Any, rows: Any, lengths: Any
 ) -> None:
+    """Counts into offsets[1:] while there is no room for neighbors, fills the rows otherwise."""
+    fill = rows.size > 0
     for i in prange(points.shape[0]):
-        begin = offsets[i]
-        slot = begin
-        for w in range(max(place[i, 2] - 1, 0), min(place[i, 2] + 2, shape[2])):
-            for v in range(max(place[i, 1] - 1, 0), min(place[i, 1] + 2, shape[1])):
-                first = shape[0] * (v + shape[1] * w)
-                low, high = max(place[i, 0] - 1, 0), min(place[i, 0] + 2, shape[0])
-                for q in range(starts[first + low], starts[first + high]):
-                    j = order[q]
-                    dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
-                    dz = points[j, 2] - points[i, 2]
-                    if j != i and dx * dx + dy * dy + dz * dz <= limit:
-                        neighbors[slot] = j
-                        slot += 1
-        row = neighbors[begin:slot]
+        begin, end = (offsets[i], offsets[i + 1]) if fill else (0, 0)
+        row = rows[begin:end]
+        found = _cloud_row(i, points, place, shape, order, starts, limit, row, fill)
+        if not fill:
+            offsets[i + 1] = found
+            continue
         row.sort()
-        for q in range(begin, slot):
-            j = neighbors[q]
+        for q in range(row.size):
+            j = row[q]
             dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
             dz = points[j, 2] - points[i, 2]
-            out[q] = 1.0 / math.sqrt(dx * dx + dy * dy + dz * dz)
+            lengths[begin + q] = 1.0 / math.sqrt(dx * dx + dy * dy + dz * dz)

@@ -143,7 +143,7 @@ class PairwiseForce(Constitutive):
     @property
     def _may_have_broken(self) -> bool:
         """True if bonds are broken, or may break, also through another relation of the scene."""
-        others = self._changed is not None and intact in self._changed
+        others = self._changed is not None and (self.part, intact) in self._changed
         return self._fracture is not None or others or self.part.bonds.has_broken
 
     def critical_stretch(self, fracture_energy: float) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import rbs_core as rbs
-from rbs_core import BadInput, Relation, UndeclaredField, every
+from rbs_core import Analysis, BadInput, Relation, UndeclaredField, every
 from tests.unit.core.toys import Toy, a, b, c, field, line, strength, total
 
 
@@ -104,7 +104,7 @@ def test_an_undeclared_field_is_refused_even_if_it_is_there():
 
 def test_an_offer_is_there_only_if_taken():
     relation = Toy(line(), offers=(a, b))
-    relation.join(frozenset([a]), frozenset([a]), False)
+    relation.join(frozenset([(relation.part, a)]), frozenset([(relation.part, a)]), False)
     assert (relation.wants(a), relation.wants(b)) == (True, False)
     relation[a][:] = 1.0
     with pytest.raises(UndeclaredField, match="'b'"):
@@ -114,12 +114,12 @@ def test_an_offer_is_there_only_if_taken():
 def test_in_a_watched_run_what_is_only_read_cannot_be_written():
     part = line()
     relation = Toy(part, reads=(a, b), writes=(b,), updates=(c,))
-    relation.join(frozenset(), frozenset([b, c]), True)
+    relation.join(frozenset(), frozenset([(relation.part, b), (relation.part, c)]), True)
     with pytest.raises(ValueError, match="read-only"):
         relation[a][0] = 1.0
     relation[b][0] = relation[c][0] = 1.0
     part[a][0] = 1.0  # the array itself stays writable
-    relation.join(frozenset(), frozenset([b, c]), False)
+    relation.join(frozenset(), frozenset([(relation.part, b), (relation.part, c)]), False)
     relation[a][0] = 2.0  # not watched, not checked
 
 
@@ -128,7 +128,7 @@ def test_a_constant_is_a_field_that_is_equal_everywhere_and_never_changes():
     part[a], part[b], part[c] = 8000.0, [1.0, 2.0, 3.0, 4.0], 1.0
     relation = Toy(part, reads=(a, b, c))
     assert relation.constant(a) is None  # nobody knows yet what the scene changes
-    relation.join(frozenset(), frozenset([c]), False)
+    relation.join(frozenset(), frozenset([(relation.part, c)]), False)
     assert relation.constant(a) == 8000.0
     assert isinstance(relation.constant(a), float)
     assert relation.constant(b) is None
@@ -148,3 +148,31 @@ def test_tensors_too():
     stiffness = field("stiffness", shape="tensor")
     relation = Toy(part, reads=(stiffness,))
     assert relation[stiffness].shape == (4, 1, 1)
+
+
+def test_a_field_of_another_part_is_named_as_a_pair():
+    """What contact and interfaces need: a contract may speak of two parts."""
+    here, there = line(), line(name="other")
+
+    class Pull(Toy):
+        def __init__(self, part, other):
+            super().__init__(part)
+            self.other = other
+            self.reads, self.adds = ((other, a),), (b, (other, b))
+
+        def apply(self, clock):
+            self[b] += self[self.other, a]
+            self[self.other, b] -= self[self.other, a]
+
+    there[a] = 2.0
+    pull = Pull(here, there)
+    assert pull.parts == [here, there]
+    assert pull.keys("reads", "adds") == [(there, a), (here, b), (there, b)]
+    analysis = Analysis([pull])
+    analysis.run(steps=2, dt=1.0, progress=False, debug=True)
+    assert analysis.parts == [here, there]
+    # cleared in every step, in both parts
+    assert (here[b] == 2.0).all()
+    assert (there[b] == -2.0).all()
+    with pytest.raises(UndeclaredField):
+        pull[a]
