@@ -167,19 +167,16 @@ def crack_speed(time: np.ndarray, position: np.ndarray, window: int = 7) -> np.n
 
 
 def branches(x: np.ndarray, y: np.ndarray, broken: np.ndarray) -> dict[str, float]:
-    """Where the crack leaves the axis on the right side, how far it goes, and the angle between the two."""
+    """Where the crack leaves the axis on the right side, how far it goes, and the slope of its outer envelope there."""
     cracked = (broken > CRACKED) & (x > CRACK / 2)
-    x, y = x[cracked], np.abs(y[cracked])
-    away = y > BRANCHED
-    if not away.any():
-        return {"largest_distance_from_axis_m": float(y.max(initial=0.0))}
-    start, outermost = np.argmin(np.where(away, x, np.inf)), np.argmax(y)
-    angle = np.arctan2(y[outermost] - y[start], x[outermost] - x[start])
-    return {
-        "largest_distance_from_axis_m": float(y[outermost]),
-        "branches_at_m": float(x[start]),
-        "branch_angle_deg": float(np.degrees(angle)),
-    }
+    columns = np.unique(x[cracked])
+    envelope = np.array([np.abs(y[cracked & (x == column)]).max() for column in columns])
+    found = {"largest_distance_from_axis_m": float(envelope.max(initial=0.0))}
+    away = np.flatnonzero(envelope > BRANCHED)
+    if len(away) > 2:
+        slope = np.polyfit(columns[away[0] :], envelope[away[0] :], 1)[0]
+        found |= {"branches_at_m": float(columns[away[0]]), "branch_angle_deg": float(np.degrees(np.arctan(slope)))}
+    return found
 
 
 if __name__ == "__main__":

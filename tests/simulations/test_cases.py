@@ -81,7 +81,7 @@ def test_plate_with_crack_at_20_m_per_s(tmp_path):
 def test_plate_with_crack_at_50_m_per_s_branches(tmp_path):
     found = run("plate_with_crack", tmp_path, speed=50)
     assert found["branches_at_m"] < 0.02
-    assert found["branch_angle_deg"] > 10
+    assert found["largest_distance_from_axis_m"] > 0.005, "a branch, not a rough straight crack"
     assert found["asymmetry_of_damage_left_right"] < 1e-12
     assert found["asymmetry_of_damage_up_down"] < 1e-12
     assert found["tip_speed_largest_m_per_s"] < found["rayleigh_speed_m_per_s"]
