@@ -12,8 +12,12 @@ import numpy as np
 import pytest
 
 import rbs_core as rbs
+from rbs_core import Analysis, Checkpoint
 from rbs_core.checkpoint import fingerprint
-from tests.unit.core.toys import Toy, a, line
+from rbs_plugins import CSVExporter, KineticEnergy, VTKExporter
+from rbs_plugins.fields import displacement, kinetic_energy
+from tests.scenes import bar
+from tests.unit.core.toys import Toy, a, b, c, held, line, plus, refused
 
 SPEED = 20.0
 TABLE = np.array([1.0, 2.0])
@@ -114,3 +118,104 @@ def test_the_fingerprint_is_the_same_in_every_process():
     ]
     assert runs[0].stdout == runs[1].stdout
     assert "BoundaryDomain 'bar'" in runs[0].stdout
+
+
+# -- measures -------------------------------------------------------------------------------------------------------
+
+
+def measured(part, value=1.0, **contract) -> Toy:
+    return Toy(part, role="measure", value=value, **contract)
+
+
+def test_a_measure_that_only_exporters_look_at_does_not_count():
+    def scene(*more):
+        part = line()
+        part[b] = 1.0
+        relations = [Toy(part, reads=(b,), updates=(a,)), *(make(part) for make in more)]
+        return fingerprint(Analysis(relations), 0.1)
+
+    def look(part):
+        return Toy(part, role="exporter", reads=(c,))
+
+    alone = scene()
+    assert scene(lambda part: measured(part, writes=(c,))) == alone
+    assert scene(lambda part: measured(part, writes=(c,)), look) == alone
+    assert scene(lambda part: measured(part, reads=(a,))) == alone
+
+
+@pytest.mark.parametrize("word", ["writes", "updates"])
+def test_a_measure_that_moves_something_counts(word):
+    """E.g. the dilatation that a force depends on, whatever the role of the relation that computes it."""
+
+    def scene(value):
+        part = line()
+        return fingerprint(Analysis([measured(part, value, **{word: (b,)}), Toy(part, reads=(b,), updates=(a,))]), 0.1)
+
+    assert scene(1.0) == scene(1.0)
+    assert scene(1.0) != scene(2.0)
+    assert scene(1.0)["number of relations"] == "2"
+
+
+def test_a_field_of_another_part_is_another_field():
+    one, two = line(name="one"), line(name="two")
+    relations = [measured(one, writes=(b,)), Toy(two, reads=(b,)), Toy(two, writes=(b,))]
+    assert fingerprint(Analysis(relations), 0.1)["number of relations"] == "2"
+
+
+def test_what_is_looked_at_may_change_from_run_to_run(tmp_path):
+    """A bar, saved half way, goes on with an energy, a table and frames that the first run did not have."""
+    save = tmp_path / "save.npz"
+
+    def scene(*more):
+        made = bar(n=20)
+        return made, made.analysis(*(make(made.part) for make in more), Checkpoint(save, when=rbs.every(10)))
+
+    def energy(part):
+        return KineticEnergy(part)
+
+    def table(part):
+        return CSVExporter(part, [kinetic_energy], tmp_path / "energy.csv")
+
+    def frames(part):
+        return VTKExporter(part, [displacement], tmp_path / "frames")
+
+    whole, analysis = scene()
+    analysis.run(steps=30)
+    scene()[1].run(steps=10)
+    _, analysis = scene(frames, energy, table)
+    assert analysis.run(steps=20, resume=save).steps == 10
+    less, analysis = scene()
+    assert analysis.run(steps=30, resume=save).steps == 10
+    assert held(less.part) == held(whole.part)
+    lines = (tmp_path / "energy.csv").read_text().splitlines()
+    assert [line.split(",")[0] for line in lines] == ["step", *(str(step) for step in range(11, 21))]
+    assert len(list(tmp_path.glob("frames_*.vtu"))) == 10
+
+
+def test_exporters_of_one_part_are_told_apart_by_their_files(tmp_path):
+    """A second table in front of the first one does not take over its rows."""
+    save = tmp_path / "save.npz"
+
+    def scene(*names):
+        made = bar(n=20)
+        tables = [CSVExporter(made.part, [kinetic_energy], tmp_path / name) for name in names]
+        return made.analysis(KineticEnergy(made.part), *tables, Checkpoint(save))
+
+    scene("old.csv").run(steps=3)
+    scene("new.csv", "old.csv").run(steps=5, resume=save)
+    steps = {name: (tmp_path / name).read_text().splitlines()[1:] for name in ("old.csv", "new.csv")}
+    assert {name: len(rows) for name, rows in steps.items()} == {"old.csv": 5, "new.csv": 2}
+
+
+def test_a_measure_of_what_must_have_been_summed_up_from_the_start_is_refused(tmp_path):
+    """Its past is missing in the file: the measure itself does not count, but what it makes others carry does."""
+    save = tmp_path / "save.npz"
+
+    def scene(*more):
+        part = line()
+        giver = Toy(part, plus(a), updates=(a,), offers=(b,))
+        return part, Analysis([giver, *(make(part) for make in more), Checkpoint(save)], dt=0.1)
+
+    scene()[1].run(steps=2)
+    part, analysis = scene(lambda part: measured(part, reads=(b,), writes=(c,)))
+    refused(analysis, [part], save, r"differs in carried fields \['field/line/b'\]")

@@ -7,6 +7,7 @@ import pytest
 import rbs_core as rbs
 from rbs_core import FieldClash, MissingField, every, hookimpl, once
 from rbs_core.contract import plan
+from rbs_plugins import Damage
 from rbs_plugins.fields import (
     breakable,
     damage,
@@ -105,6 +106,15 @@ def test_a_gap_names_relation_part_field_and_who_could_fill_it():
     )
 
 
+def test_a_gap_that_no_known_relation_could_fill():
+    with pytest.raises(MissingField) as caught:
+        plan([Toy(line(name="bar"), reads=(a,))])
+    assert str(caught.value) == (
+        "relation 0 (Toy 'bar') reads 'a' of part 'bar', and nothing provides it: assign part[a] = ... (no known "
+        "relation writes it)"
+    )
+
+
 def test_a_gap_of_a_real_scene_names_real_relations():
     part = line(name="bar")
     part[density] = 1.0
@@ -157,6 +167,17 @@ def test_the_script_can_fill_a_gap_but_not_for_another_part():
 def test_bond_fields_need_bonds():
     with pytest.raises(MissingField, match=r"part 'line' has no bonds: call part.connect\(horizon=...\) first"):
         plan([Toy(line(), reads=(strength,))])
+
+
+def test_the_state_of_bonds_is_no_gap():
+    """Nobody has cut a bond yet, so `intact` has no array: bonds hold unless somebody breaks them."""
+    part = line(horizon=1.0)
+    damaged = Damage(part)
+    assert rbs.intact not in part
+    assert (part, rbs.intact) in plan([damaged]).fields
+    rbs.Analysis([damaged]).run(steps=1, dt=1.0)
+    assert part[rbs.intact].tolist() == [1] * 6
+    assert part[damage].tolist() == [0.0] * 4
 
 
 # -- clashes --------------------------------------------------------------------------------------------------------
@@ -282,3 +303,26 @@ def test_the_plate_carries_four_fields():
 def test_energies_carry_what_their_offers_accumulate_and_no_more(tmp_path):
     scene = plate(n=10, energies=tmp_path / "energies.csv")
     assert {each for _, each in plan(scene.relations).carried} == FOUR | {external_work, dissipation_density}
+
+
+# -- what a person reads --------------------------------------------------------------------------------------------
+
+
+def test_a_plan_reads_as_one_line_for_each_field():
+    one, two = line(name="one"), line(name="two", horizon=1.0)
+    two[d] = 1.0
+    relations = [
+        Toy(one, writes=(a,)),
+        Toy(one, reads=(b,), updates=(total,)),
+        Toy(one, adds=(b,)),
+        Toy(two, reads=(d, strength)),
+        Toy(two, offers=(strength, c)),
+    ]
+    assert str(plan(relations)).splitlines() == [
+        "one: a (node scalar) changed",
+        "one: b (node scalar) changed, cleared, carried",
+        "one: total (part scalar) changed, carried",
+        "two: d (node scalar) only read",
+        "two: strength (bond scalar) changed, carried, offer taken",
+    ]
+    assert str(plan([])) == ""

@@ -227,6 +227,38 @@ def test_positions_are_the_field():
     assert part.positions is part[reference_position]
 
 
+def test_positions_are_fixed_once_the_bonds_are_measured():
+    part = line(4)
+    part[reference_position] = part.positions * 1.5
+    part.positions[3] += 0.25  # before the bonds, both are fine
+    assert part.connect(2.0).bonds.lengths.tolist() == [1.5, 1.5, 1.5, 1.5, 1.75, 1.75]
+    before = part.positions.copy()
+    message = "part 'line': 'reference_position' is fixed now that the part is connected: set it before"
+    with pytest.raises(BadInput, match=message):
+        part[reference_position] = 2.0 * before
+    for store in (part.positions, part[reference_position]):
+        with pytest.raises(ValueError, match="read-only"):
+            store[0] = 9.0
+    with pytest.raises(ValueError, match="read-only"):
+        part.nodes[0][reference_position] = 9.0
+    assert np.array_equal(part.positions, before)
+    part[volume] = 2.0  # the bonds do not know it
+    part.connect(3.0)  # other bonds of the same nodes
+    with pytest.raises(BadInput, match="is fixed"):
+        part[reference_position] = before
+    part.discretize(0.5)  # new nodes are nobody's yet
+    part[reference_position] = part.positions + 0.1
+    assert part.positions[0, 0] == pytest.approx(0.35)
+
+
+def test_positions_stay_free_if_the_search_fails():
+    part = Part("cloud", Everywhere(), dimension=1).place([0.0, 0.0], 1.0)
+    with pytest.raises(BadInput, match="same place"):
+        part.connect(1.0)
+    part.positions[1] = 1.0
+    assert len(part.connect(1.0).bonds) == 2
+
+
 # -- regions --------------------------------------------------------------------------------------------------------
 
 

@@ -205,3 +205,26 @@ def test_work_is_offered_and_costs_nothing_if_nobody_asks(dots):
     run(dots, [domain])
     assert external_work not in dots
     assert domain.state() == {}
+
+
+@pytest.mark.parametrize("given", [{"velocity": (1.0, None)}, {"force": (1.0, None)}], ids=["motion", "load"])
+@pytest.mark.parametrize("when", [rbs.every(2), rbs.between(0.0, 0.5)], ids=repr)
+def test_work_of_a_domain_that_acts_now_and_then_is_refused(dots, tmp_path, given, when):
+    """What happens between its steps nobody has looked at: the sum would be silently wrong."""
+    domain = BoundaryDomain(dots, [0], when=when, **given)
+    with pytest.raises(BadInput, match=r"'dots': its work can only be followed if it acts in every step, not when="):
+        run(dots, [domain], tmp_path=tmp_path)
+    assert not dots[displacement].any()
+    run(dots, [domain])  # nobody asks
+    assert dots[displacement][0, 0] > 0
+
+
+def test_work_of_others_can_be_followed_beside_it(dots, tmp_path):
+    """Of another part, or where the value depends on time instead."""
+    other = rbs.Part("other", rbs.Everywhere(), dimension=2).place([[0.0, 0.0]], 1.0, spacing=1.0)
+    other[density], other[displacement] = 1.0, 0.0
+    pulse = BoundaryDomain(other, [0], velocity=(2.0, None), when=rbs.once)
+    pull = BoundaryDomain(dots, [0], force=(lambda time: 8.0 if time <= 0.5 else 0.0, None))
+    run(dots, [pull, pulse], tmp_path=tmp_path)
+    assert dots[external_work] > 0
+    assert external_work not in other

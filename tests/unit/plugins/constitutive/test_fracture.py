@@ -9,8 +9,30 @@ import pytest
 
 import rbs_core as rbs
 from rbs_core import BadInput
-from rbs_plugins import BondBased, Criterion, CriticalStretch, Damage
-from rbs_plugins.fields import breakable, damage, displacement, volume
+from rbs_plugins import (
+    BondBased,
+    BoundaryDomain,
+    Criterion,
+    CriticalStretch,
+    CSVExporter,
+    Damage,
+    FractureDissipation,
+    KineticEnergy,
+    StrainEnergy,
+    VelocityVerlet,
+)
+from rbs_plugins.fields import (
+    breakable,
+    damage,
+    density,
+    displacement,
+    external_work,
+    force_density,
+    fracture_dissipation,
+    kinetic_energy,
+    strain_energy,
+    volume,
+)
 
 
 def row(stretches):
@@ -127,6 +149,80 @@ def test_repr():
         return stretch > s0
 
     assert repr(Criterion(gone, s0=0.5)) == "Criterion(gone, s0=0.5)"
+
+
+# -- release -------------------------------------------------------------------------------------------------------
+
+
+def late(stretch, s0):
+    return stretch > s0
+
+
+CRITERIA = [
+    lambda release: CriticalStretch(0.1, release=release),
+    lambda release: CriticalStretch(0.1, mode="both", release=release),
+    lambda release: Criterion(late, s0=0.1, release=release),
+]
+
+
+@pytest.mark.parametrize("make", CRITERIA)
+@pytest.mark.parametrize(
+    ("release", "wanted"), [("at once", [0.05, 0.0, 0.0]), ("next step", [0.05, 0.2, 0.0])], ids=["at once", "next"]
+)
+def test_a_failing_bond_lets_go_at_once_or_in_the_next_step(make, release, wanted):
+    """Broken in the same step; what differs is whether it still pulls in that step. In the one behind it does not."""
+    part = row([0.05])
+    analysis = rbs.Analysis([BondBased(part, c=1.0, fracture=make(release))])
+    forces, holds = [], []
+    for step, stretch in enumerate((0.05, 0.2, 0.2), 1):
+        part[displacement] = [[0.0], [stretch]]
+        analysis.run(steps=step, dt=1.0, force_dt=True, progress=False)
+        forces.append(part[force_density].tolist())
+        holds.append(part.bonds.intact.tolist())
+    assert holds == [[True, True], [False, False], [False, False]]
+    for force, pull in zip(forces, wanted, strict=True):
+        assert force == [[pytest.approx(pull, rel=1e-14)], [pytest.approx(-pull, rel=1e-14)]]
+
+
+def test_in_the_next_step_the_other_bonds_of_the_node_pull_as_ever():
+    """Three nodes in a line, one bond of the middle one fails: in that step it feels both, then the other one only."""
+    part = rbs.Part("rod", rbs.Everywhere(), dimension=1).place([[0.0], [1.0], [2.0]], 1.0, spacing=1.0).connect(1.0)
+    part[displacement] = [[0.0], [0.05], [0.25]]
+    analysis = rbs.Analysis([BondBased(part, c=1.0, fracture=CriticalStretch(0.1, release="next step"))])
+    for step, wanted in ((1, [0.05, 0.15, -0.2]), (2, [0.05, -0.05, 0.0])):
+        analysis.run(steps=step, dt=1.0, force_dt=True, progress=False)
+        np.testing.assert_allclose(part[force_density][:, 0], wanted, rtol=1e-13, atol=1e-15)
+        assert part.bonds.intact.tolist() == [True, True, False, False]
+
+
+@pytest.mark.parametrize("release", Criterion.RELEASES)
+@pytest.mark.parametrize("mode", ["tension", "both"])
+def test_the_energy_balance_of_a_cracking_plate_closes(tmp_path, release, mode):
+    """Work = kinetic + strain + fracture energy to 0.5 %, at half of the stable step, a quarter gone into fracture."""
+    side, n, end = 0.05, 24, 2.5e-5
+    spacing = side / n
+    part = rbs.Part("plate", rbs.Box(size=(side, side + 6 * spacing))).discretize(spacing, thickness=spacing)
+    part.connect(3.015 * spacing).bonds.cut(rbs.Segment((-side / 10, 0.0), (side / 10, 0.0)))
+    part[density] = 8000.0
+    within = rbs.Box(size=(side, side / 2))
+    steel = BondBased(part, E=192e9, fracture=CriticalStretch(0.02, mode=mode, within=within, release=release))
+    grips = [
+        BoundaryDomain(part, rbs.HalfSpace((0, sign * side / 2), (0, sign)), velocity=(None, sign * 20.0))
+        for sign in (1, -1)
+    ]
+    energies = (kinetic_energy, strain_energy, fracture_dissipation)
+    analysis = rbs.Analysis([
+        *VelocityVerlet(part).step([steel], grips),
+        KineticEnergy(part, when=rbs.last),
+        StrainEnergy(part, [steel], when=rbs.last),
+        FractureDissipation(part, when=rbs.last),
+        CSVExporter(part, [external_work], tmp_path / "work.csv", when=rbs.last),
+    ])  # fmt: skip
+    steps = math.ceil(end / (0.5 * analysis.stable_dt()))
+    analysis.run(steps=steps, dt=end / steps, progress=False)
+    found, work = sum(float(part[field]) for field in energies), float(part[external_work])
+    assert float(part[fracture_dissipation]) > 0.25 * work
+    assert found == pytest.approx(work, rel=5e-3)
 
 
 # -- damage --------------------------------------------------------------------------------------------------------

@@ -101,7 +101,7 @@ def test_run_goes_on_where_no_picture_can_be_drawn(tmp_path, monkeypatch, caplog
         report = rbs.Analysis([PictureExporter(plate(), damage, tmp_path / "a")]).run(steps=3, dt=1.0, progress=False)
     assert report.steps == 3
     assert [record.message for record in caplog.records if "cannot draw" in record.message] == [
-        "PictureExporter 'plate' cannot draw (no graphics): the run goes on without pictures"
+        "PictureExporter 'plate' a cannot draw (no graphics): the run goes on without pictures"
     ]
 
 

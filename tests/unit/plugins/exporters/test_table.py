@@ -109,6 +109,15 @@ def test_only_numbers_of_the_part(tmp_path):
     assert CSVExporter(part, [kinetic_energy], tmp_path / "table.csv").reads == (kinetic_energy,)
 
 
+def test_the_name_in_reports_tells_tables_apart(tmp_path):
+    analysis = scene(tmp_path / "table.csv")
+    report = analysis.run(steps=1, dt=0.1, progress=False)
+    assert [row.name for row in report.rows] == ["Counting 'plate'", "CSVExporter 'plate' table.csv"]
+    assert "\n 1 CSVExporter 'plate' table.csv " in str(report)
+    with pytest.raises(BadInput, match=r"^CSVExporter 'plate' other.csv: .* fits no table"):
+        CSVExporter(analysis.parts[0], [damage], tmp_path / "other.csv")
+
+
 def test_folder_that_cannot_be_made_is_an_error_before_the_run(tmp_path):
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(BadInput, match="cannot write into the folder"):

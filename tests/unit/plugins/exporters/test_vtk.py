@@ -62,6 +62,13 @@ def test_files_hold_what_the_part_holds(part, tmp_path, configuration):
     assert grid.n_cells == len(part)
 
 
+def test_the_name_in_reports_tells_series_apart(part, tmp_path):
+    exporter = export(part, tmp_path / "out" / "frames", steps=1)
+    assert exporter.label == "VTKExporter 'block' frames"
+    with pytest.raises(BadInput, match=r"^VTKExporter 'block' frames: .* is no node field"):
+        VTKExporter(part, [fracture_dissipation], tmp_path / "frames")
+
+
 def test_series_lists_every_frame_with_its_time(part, tmp_path):
     export(part, tmp_path / "block", steps=7, when=rbs.every(3))
     tree = ElementTree.parse(tmp_path / "block.pvd")

@@ -79,6 +79,15 @@ def test_unknown_name_lists_what_is_known(part):
         "time, dt", "(c, s0)", "age, breakable, intact, volume_fraction", "density", "temperature", "_i or _j",
     ):  # fmt: skip
         assert word in message, word
+    assert message.endswith(". A field of your own counts once a plugin declares it or part[field] = ... has set it")
+
+
+def test_a_field_of_ones_own_counts_once_the_part_has_it(part):
+    warmth = Field("warmth", "node", "scalar", "J", "Q", "Made up for these tests.")
+    with pytest.raises(BadLaw, match="A field of your own counts once"):
+        resolve(lambda warmth_i: warmth_i, part, {})
+    part[warmth] = 1.0
+    assert fields(resolve(lambda warmth_i: warmth_i, part, {})) == [warmth]
 
 
 @pytest.mark.parametrize("name", ["temperature", "age_i", "displacement_i", "stretch_i", "temperature_k"])
