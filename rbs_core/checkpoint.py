@@ -205,25 +205,31 @@ def _keyed(analysis: Analysis) -> list[tuple[str, Relation]]:
 def fingerprint(analysis: Analysis, dt: float) -> dict[str, str]:
     """What makes a scene the same scene: physics, nodes, bonds and given fields. Measures do not count."""
     print_: dict[str, str] = {"time step": f"{dt!r} s"}
-    physics = _physics(analysis)
-    for number, relation in enumerate(physics):
-        parameters = ", ".join(f"{name}={_describe(value)}" for name, value in relation.identity().items())
-        print_[f"relation {number}"] = f"{relation.label}({parameters})"
-    print_["number of relations"] = str(len(physics))
     for part in analysis.parts:
         if not part.fields:
             continue
         print_[f"nodes of '{part.name}'"] = str(len(part))
         if part.connected:
             print_[f"bonds of '{part.name}'"] = _digest(*part.bonds.as_rows())
+    physics = _physics(analysis)
+    for number, relation in enumerate(physics):
+        parameters = ", ".join(f"{name}={_describe(value)}" for name, value in relation.identity().items())
+        print_[f"relation {number}"] = f"{relation.label}({parameters})"
+    print_["number of relations"] = str(len(physics))
     return {**print_, **analysis.given}
 
 
 def _physics(analysis: Analysis) -> list[Relation]:
     """The relations that decide what happens: all but exporters, checkpoints, and measures that only those look at."""
-    physics = [r for r in analysis.relations if r.role not in ("exporter", "checkpoint")]
-    looked_at = {key for r in physics if r.role != "measure" for key in r.keys("reads")}
-    return [r for r in physics if r.role != "measure" or looked_at & set(r.keys("writes", "updates"))]
+    candidates = [r for r in analysis.relations if r.role not in ("exporter", "checkpoint")]
+    physics = [r for r in candidates if r.role != "measure"]
+    while True:  # a measure counts as soon as something that counts looks at what it makes
+        looked_at = {key for r in physics for key in r.keys("reads", "updates")}
+        outside = [r for r in candidates if r not in physics]
+        more = [r for r in outside if looked_at & set(r.keys("writes", "updates", "adds", "offers"))]
+        if not more:
+            return [r for r in candidates if r in physics]
+        physics += more
 
 
 def given_values(analysis: Analysis) -> dict[str, str]:

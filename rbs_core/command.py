@@ -89,7 +89,8 @@ def _run(options: argparse.Namespace) -> int:
     resume = _checkpoint(analysis) if options.resume else None
     report = analysis.run(steps=options.steps, resume=resume, progress=False if options.quiet else None)
     print(report)
-    shutil.copyfile(file, out / file.name)
+    if (out / file.name).resolve() != file.resolve():
+        shutil.copyfile(file, out / file.name)
     measured: dict[str, Any] = {}
     finished = report.stopped == "finished" and options.steps is None
     if finished and hasattr(module, "measure"):
@@ -214,7 +215,7 @@ def _describe(options: argparse.Namespace) -> int:
     relation = known.relations().get(options.name)
     field = known.fields().get(options.name)
     if relation is not None:
-        print(f"{options.name}{inspect.signature(relation.__init__)}\n")
+        print(f"{options.name}{inspect.signature(relation)}\n")
         print(inspect.getdoc(relation) or "")
         print()
         for word in WORDS:
@@ -226,9 +227,10 @@ def _describe(options: argparse.Namespace) -> int:
         for name, each in sorted(known.relations().items()):
             declared = {word: getattr(each, word) for word in WORDS}
             words = [word for word, fields in declared.items() if isinstance(fields, tuple) and field in fields]
-            words += [f"may {word[:-1]}" for word, fields in declared.items() if isinstance(fields, property)]
             if words:
                 print(f"  {name} {', '.join(words)} it")
+        open_ended = [name for name, each in known.relations().items() if _depends(each)]
+        print(f"  depends on their arguments: {', '.join(sorted(open_ended))} (see rbs describe NAME)")
         return 0
     if options.name in known.geometries():
         geometry = known.geometries()[options.name]
@@ -236,6 +238,11 @@ def _describe(options: argparse.Namespace) -> int:
         return 0
     names = ", ".join(sorted([*known.relations(), *known.fields(), *known.geometries()]))
     raise BadInput(f"nobody knows '{options.name}'; known are {names}")
+
+
+def _depends(relation: type[Relation]) -> bool:
+    """True if the contract follows from the arguments of an instance."""
+    return any(isinstance(getattr(relation, word), property) for word in WORDS)
 
 
 def _fields(relation: type[Relation], word: str) -> str:

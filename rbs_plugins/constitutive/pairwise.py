@@ -111,9 +111,12 @@ class PairwiseForce(Constitutive):
             )
 
     def identity(self) -> dict[str, Any]:
-        """The parameters and the functions: laws may also be fixed by a class."""
-        fails = None if self._fracture is None else self._fracture.function
-        return {**self.parameters, "law": self._law, "potential": self._potential, "criterion": fails}
+        """The parameters, and what a class may fix: functions, the numbers they ask for, where and how bonds fail."""
+        arguments = (*self._law_arguments, *self._criterion_arguments, *self._potential_arguments)
+        values = {argument.name: argument.value for argument in arguments if argument.kind == "parameter"}
+        failure = None if self._fracture is None else (self._fracture.function, repr(self._fracture))
+        given = {"law": self._law, "potential": self._potential, "failure": failure, "values": values}
+        return {**self.parameters, **given}
 
     # -- contract ---------------------------------------------------------------------------------------------------
 

@@ -45,9 +45,13 @@ class FrameExporter(Exporter):
         if configuration not in CONFIGURATIONS:
             raise BadInput(f"{self.label}: configuration={configuration!r} must be one of {', '.join(CONFIGURATIONS)}")
         self.configuration = configuration
-        moved = (displacement,) if configuration == "current" else ()
-        self.reads = tuple(dict.fromkeys((reference_position, *moved, *self.fields)))
         self.frames: list[tuple[float, str]] = []
+
+    @property
+    def reads(self) -> tuple[Field, ...]:  # type: ignore[override]
+        """Positions of the configuration, and the exported fields."""
+        moved = (displacement,) if self.configuration == "current" else ()
+        return tuple(dict.fromkeys((reference_position, *moved, *self.fields)))
 
     @property
     def label(self) -> str:

@@ -34,9 +34,13 @@ class CSVExporter(Exporter):
         for field in self.fields:
             if not isinstance(field, Field) or field.at != "part":
                 raise BadInput(f"{self.label}: {field!r} is no number of the part (at='part'), so it fits no table")
-        self.reads = self.fields
         self._rows = 0
         self._file: TextIO | None = None
+
+    @property
+    def reads(self) -> tuple[Field, ...]:  # type: ignore[override]
+        """The fields of the table."""
+        return self.fields
 
     @property
     def label(self) -> str:
