@@ -12,7 +12,7 @@ On a bond, ξ is the reference bond, y the current positions, d = y_j - y_i:
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from rbs_plugins.loops import cache
@@ -60,20 +60,21 @@ class Recipe:
 
 @dataclass
 class _Text:
-    """Source of one loop under construction: its parameters and its lines."""
+    """Source of one loop: its parameters and the pieces that the loops share."""
 
     recipe: Recipe
     used: list[Argument]
-    lines: list[str] = field(default_factory=list)
 
-    def __post_init__(self) -> None:
+    @property
+    def names(self) -> list[str]:
+        """Parameters of the loop, in order."""
         r = self.recipe
         flags = (("intact", r.intact), ("breakable", r.breakable), ("volume_fraction", r.fraction),
                  ("volume", not r.uniform), ("before", r.dissipation), ("dissipation", r.dissipation))  # fmt: skip
         arrays = dict.fromkeys(a.array for a in self.used if a.field is not None)
         scalars = dict.fromkeys(f"p_{a.name}" for a in self.used if a.kind == "parameter")
         flagged = [name for name, there in flags if there]
-        self.names = ["offsets", "neighbors", "inverse", "y", "out", *flagged, *arrays, *scalars, "cell", "time", "dt"]
+        return ["offsets", "neighbors", "inverse", "y", "out", *flagged, *arrays, *scalars, "cell", "time", "dt"]
 
     def function(self, name: str, *body: str) -> str:
         """The whole function: one parallel loop over nodes with the given body."""
@@ -94,7 +95,7 @@ class _Text:
         ends = dict.fromkeys(a.array for a in self.used if a.kind == "node" and a.name.endswith("_i"))
         return lines + [f"here_{name} = {name}[i]" for name in ends]
 
-    def bond(self, *, reference: bool = False) -> list[str]:
+    def bond(self) -> list[str]:
         """Kinematics of bond q of the row."""
         axes = range(self.recipe.dimension)
         here = ", ".join(f"y{k}" for k in axes)
@@ -102,7 +103,7 @@ class _Text:
         lines = ["j = row_neighbors[q]", f"{', '.join(f'd{k}' for k in axes)}, length = kinematics({here}, {there})",
                  "stretch = stretch_of(length, row_inverse[q])"]  # fmt: skip
         wanted = {a.name for a in self.used}
-        if reference or wanted & {"reference_length", "extension"}:
+        if wanted & {"reference_length", "extension"}:
             lines.append("reference_length = 1.0 / row_inverse[q]")
         if "extension" in wanted:
             lines.append("extension = length - reference_length")
