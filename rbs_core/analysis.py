@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import math
-import signal
-import threading
+import sys
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager, nullcontext
+from collections.abc import Sequence
+from contextlib import ExitStack, nullcontext
 from pathlib import Path
-from types import FrameType
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from rbs_core import checkpoint
 from rbs_core.contract import Plan, plan
 from rbs_core.errors import BadInput, DishonestRelation, NotFinite
 from rbs_core.honesty import Watch, blamed, check_finite
-from rbs_core.honesty import not_finite as not_finite  # for relations that look at their own results
+from rbs_core.interrupt import Interrupt
 from rbs_core.part import Part
 from rbs_core.plugins import registry
 from rbs_core.relation import Relation
-from rbs_core.report import Progress, Report, Row
+from rbs_core.report import Progress, Report, Row, log
 from rbs_core.stability import UNKNOWN_STEP, largest_stable_step
 from rbs_core.trigger import Clock
 
@@ -56,7 +54,6 @@ class Analysis:
         self.plan = Plan()
         self.report: Report | None = None
         self.given: dict[str, str] = {}
-        self._interrupted = False
 
     @classmethod
     def current(cls) -> Analysis:
@@ -111,12 +108,13 @@ class Analysis:
         for name in names:
             if names.count(name) > 1:
                 raise BadInput(f"two parts are called '{name}': give each its own name")
+        _check_files(self.unique)
         self.plan = plan(self._relations, registry().providers)
         for part, field in self.plan.fields:
             part.store(field.at).allocate(field)
         for relation in self.unique:
             offered = self.plan.offered.intersection(relation.keys("offers"))
-            relation.join(frozenset(offered), frozenset(self.plan.changed), debug)
+            relation.join(frozenset(offered), frozenset(self.plan.changed), debug, self.unique)
             if isinstance(relation, checkpoint.Checkpoint):
                 relation.bind(self)
         for relation in self.unique:
@@ -172,10 +170,12 @@ class Analysis:
         """
         begin = time.perf_counter()
         self.prepare(debug=debug)
-        dt = self._time_step(self.dt if dt is None else dt, force_dt)
+        dt = self._time_step(self._wanted_dt(dt, resume), force_dt)
         last = self._last_step(steps, until, dt)
         if self.clock.step == 0:
             self.given = checkpoint.given_values(self)
+            for relation in self.unique:
+                relation.reset()
         if resume is not None:
             checkpoint.load(resume, self, dt)
         self.clock.dt, self.clock.last_step = dt, last
@@ -183,21 +183,21 @@ class Analysis:
         report = self.report = Report(rows, nbytes=sum(part.nbytes for part in self.parts))
         report.prepare_seconds = time.perf_counter() - begin
         hooks = registry().manager.hook
-        first, self._interrupted = self.clock.step, False
+        first = self.clock.step
         begin = time.perf_counter()
         try:
             hooks.rbs_analysis_started(analysis=self)
             for relation in self.unique:
                 relation.begin(self.clock)
             watch = Watch(self._relations) if debug else None
-            if first == 0:
+            if first == 0 < last:
                 self._first_sums(watch)
             begin = time.perf_counter()
-            with self._politely(), Progress(self.title, first, last, progress) as bar:
-                while self.clock.step < last and not self._interrupted:
+            with Interrupt() as interrupt, Progress(self.title, first, last, progress) as bar:
+                while self.clock.step < last and not interrupt.asked:
                     self._step(rows, watch)
                     bar.show(self.clock.step, last)
-                if self._interrupted:
+                if interrupt.asked:
                     report.stopped = "interrupted"
                     self._save_now()
         except BaseException:
@@ -207,11 +207,21 @@ class Analysis:
             report.seconds = time.perf_counter() - begin
             report.step, report.time = self.clock.step, self.clock.time
             report.steps = self.clock.step - first
-            with ExitStack() as ends:  # each is called, whatever the others raise
-                ends.callback(hooks.rbs_analysis_finished, analysis=self, report=report)
+            self._finish(report)
+        return report
+
+    def _finish(self, report: Report) -> None:
+        """Closes every relation, whatever the others raise; an error of the run itself is the one that is shown."""
+        failed = sys.exc_info()[1]
+        try:
+            with ExitStack() as ends:
+                ends.callback(registry().manager.hook.rbs_analysis_finished, analysis=self, report=report)
                 for relation in reversed(self.unique):
                     ends.callback(relation.close)
-        return report
+        except Exception as error:
+            if failed is None:
+                raise
+            log.warning("after the error of the run, closing failed too: %s: %s", type(error).__name__, error)
 
     def _first_sums(self, watch: Watch | None) -> None:
         """Makes sums that a step takes over from the step before, once for the initial state (the initial forces).
@@ -261,6 +271,12 @@ class Analysis:
             where = f"step {clock.step} (time {clock.time:.6g} s), relation {position} ({relation.label})"
             raise type(error)(f"{where}: {error}") from None
 
+    def _wanted_dt(self, dt: float | None, resume: str | Path | None) -> float | None:
+        """The step that was asked for: here, by the scene, or by the run that is resumed."""
+        if dt is None and self.dt is None and resume is not None and Path(resume).exists():
+            return checkpoint.time_step(resume)
+        return self.dt if dt is None else dt
+
     def _time_step(self, dt: float | None, force: bool) -> float:
         limit = None if force and dt is not None else largest_stable_step(self._relations)
         if dt is None:
@@ -280,7 +296,7 @@ class Analysis:
             steps, until = self.steps, self.until
         ends = []
         if steps is not None:
-            if steps != int(steps) or steps < 0:
+            if not math.isfinite(steps) or steps != int(steps) or steps < 0:
                 raise BadInput(f"steps={steps} must be a whole number, not negative")
             ends.append(int(steps))
         if until is not None:
@@ -296,25 +312,23 @@ class Analysis:
             if isinstance(relation, checkpoint.Checkpoint):
                 self._apply(position, relation)
 
-    @contextmanager
-    def _politely(self) -> Iterator[None]:
-        """Lets the first Ctrl-C end the run after the step; a second one breaks it off."""
-
-        def interrupt(_number: int, _frame: FrameType | None) -> None:
-            if self._interrupted:
-                raise KeyboardInterrupt
-            self._interrupted = True
-
-        if threading.current_thread() is not threading.main_thread():
-            yield
-            return
-        previous: Any = signal.signal(signal.SIGINT, interrupt)
-        try:
-            yield
-        finally:
-            signal.signal(signal.SIGINT, previous)
-
     def __repr__(self) -> str:
         lines = [f"<Analysis, {len(self._relations)} relations, step {self.clock.step}>"]
         lines += [f"  {number} {relation!r}" for number, relation in enumerate(self._relations)]
         return "\n".join(lines)
+
+
+def _check_files(relations: Sequence[Relation]) -> None:
+    """Two relations must not write the same file.
+
+    Raises:
+        BadInput: if they would.
+    """
+    taken: dict[Path, Relation] = {}
+    for relation in relations:
+        path = getattr(relation, "path", None)
+        if not isinstance(path, Path):
+            continue
+        other = taken.setdefault(path.resolve(), relation)
+        if other is not relation and type(other) is type(relation):
+            raise BadInput(f"{other.label} and {relation.label} both write {path}: give each its own path")

@@ -6,6 +6,7 @@ of another scene is refused with the difference named.
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 import os
@@ -18,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbs_core.errors import BadCheckpoint, BadInput
+from rbs_core.files import writable_folder, written_whole
 from rbs_core.geometry import Everywhere
 from rbs_core.honesty import check_finite
 from rbs_core.part import Part
@@ -79,24 +81,6 @@ class Checkpoint(Relation):
         return "Checkpoint"
 
 
-def writable_folder(folder: Path) -> Path:
-    """Makes a folder and proves that it can be written, before any work is done for it.
-
-    Raises:
-        BadInput: if not.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        probe = folder / f".probe-{os.getpid()}"
-        probe.touch()
-        probe.unlink()
-    except OSError as error:
-        raise BadInput(
-            f"cannot write into the folder {folder}: {error.strerror or error}: choose another one"
-        ) from None
-    return folder
-
-
 def save(path: Path, analysis: Analysis) -> None:
     """Writes a checkpoint: to a temporary name first, then renamed, so that a crash leaves the old one whole."""
     arrays: dict[str, Any] = {}
@@ -121,16 +105,10 @@ def save(path: Path, analysis: Analysis) -> None:
         "arrays": sorted(arrays),
         "fingerprint": fingerprint(analysis, clock.dt),
     }
-    path = Path(path)
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
-        with partial.open("wb") as file:
-            np.savez(file, meta=np.array(json.dumps(meta)), **arrays)
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
+    with written_whole(Path(path)) as partial, partial.open("wb") as file:
+        np.savez(file, meta=np.array(json.dumps(meta)), **arrays)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def load(path: str | Path, analysis: Analysis, dt: float) -> bool:
@@ -168,6 +146,11 @@ def load(path: str | Path, analysis: Analysis, dt: float) -> bool:
     analysis.clock.dt = dt
     analysis.clock.time = analysis.clock.step * dt
     return True
+
+
+def time_step(path: str | Path) -> float:
+    """The time step of a saved run, s."""
+    return float.fromhex(_read(Path(path))[0]["dt"])
 
 
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
@@ -266,8 +249,12 @@ def _describe(value: Any, outer: tuple[Any, ...] = ()) -> str:
     value = getattr(value, "py_func", value)  # what a jitted function was made from
     if isinstance(value, np.ndarray):
         return _digest(value)
+    if isinstance(value, types.MethodType):
+        return _describe((value.__func__, value.__self__), inner)
+    if isinstance(value, functools.partial):
+        return _describe((value.func, value.args, value.keywords), inner)
     if isinstance(value, types.FunctionType):
-        names = value.__code__.co_names
+        names = _names(value.__code__)
         numbers = [value.__globals__[n] for n in names if isinstance(value.__globals__.get(n), _PLAIN)]
         defaults = (value.__defaults__, value.__kwdefaults__)
         cells = [cell.cell_contents for cell in value.__closure__ or ()]
@@ -283,4 +270,13 @@ def _describe(value: Any, outer: tuple[Any, ...] = ()) -> str:
         return "{" + ", ".join(sorted(_describe(item, inner) for item in value)) + "}"
     if isinstance(value, dict):
         return "{" + ", ".join(f"{key!r}: {_describe(item, inner)}" for key, item in value.items()) + "}"
-    return re.sub(r" at 0x[0-9a-f]+", "", repr(value))
+    text = repr(value)
+    plain = re.sub(r" at 0x[0-9a-f]+", "", text)
+    # an object without a repr of its own is what it holds
+    return plain if plain == text or not hasattr(value, "__dict__") else f"{plain}{_describe(vars(value), inner)}"
+
+
+def _names(code: types.CodeType) -> list[str]:
+    """Names that a function and the functions inside of it take from outside."""
+    inner = [name for each in code.co_consts if isinstance(each, types.CodeType) for name in _names(each)]
+    return list(dict.fromkeys([*code.co_names, *inner]))

@@ -21,8 +21,9 @@ from typing import Any
 import numpy as np
 
 from rbs_core.analysis import Analysis
-from rbs_core.checkpoint import Checkpoint, writable_folder
+from rbs_core.checkpoint import Checkpoint
 from rbs_core.errors import BadInput, RBSError
+from rbs_core.files import writable_folder, written_whole
 from rbs_core.plugins import registry
 from rbs_core.relation import Relation
 from rbs_core.report import Report
@@ -90,17 +91,31 @@ def _run(options: argparse.Namespace) -> int:
     begin = time.perf_counter()
     analysis = _scene(module, file, given, out)
     resume = _checkpoint(analysis) if options.resume else None
-    report = analysis.run(steps=options.steps, resume=resume, progress=False if options.quiet else None)
-    print(report)
     if (out / file.name).resolve() != file.resolve():
         shutil.copyfile(file, out / file.name)
     measured: dict[str, Any] = {}
+    try:
+        report = analysis.run(steps=options.steps, resume=resume, progress=False if options.quiet else None)
+    except BaseException:
+        if analysis.report is not None and analysis.report.steps:  # what is in the folder is of this run
+            _write_result(out / "result.json", file, given, measured, analysis.report, time.perf_counter() - begin)
+        raise
+    if report.steps == 0:
+        print(
+            f"nothing to do: the run is at step {report.step} already, the last one asked for; {out} is left as it is"
+        )
+        return 0
+    print(report)
     finished = report.stopped == "finished" and options.steps is None
-    if finished and hasattr(module, "measure"):
-        measured = module.measure(analysis)
-        _print_measured(measured)
-    seconds = time.perf_counter() - begin
-    _write_result(out / "result.json", file, given, measured, report, seconds)
+    try:
+        if finished and hasattr(module, "measure"):
+            measured = module.measure(analysis)
+            _print_measured(measured)
+    finally:
+        seconds = time.perf_counter() - begin
+        _write_result(out / "result.json", file, given, measured, report, seconds)
+    if report.stopped == "interrupted" and any(isinstance(r, Checkpoint) for r in analysis.relations):
+        print(f"saved in {_checkpoint(analysis)}: go on with --resume")
     print(f"results in {out}{os.sep}  ({seconds:.1f} s)")
     return INTERRUPTED if report.stopped == "interrupted" else 0
 
@@ -173,9 +188,8 @@ def _write_result(
             "cores": os.cpu_count(),
         },
     }
-    partial = path.with_name(f".{path.name}.partial")
-    partial.write_text(json.dumps(_plain(result), indent=2) + "\n", encoding="utf-8")
-    partial.replace(path)
+    with written_whole(path) as partial:
+        partial.write_text(json.dumps(_plain(result), indent=2) + "\n", encoding="utf-8")
 
 
 def _plain(value: Any) -> Any:

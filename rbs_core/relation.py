@@ -15,6 +15,7 @@ the relation's own is named as a pair (part, field).
 from __future__ import annotations
 
 import inspect
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -85,11 +86,15 @@ class Relation:
         self._offered: frozenset[Key] = frozenset()
         self._changed: frozenset[Key] | None = None
         self._strict = False
+        self._scene: Sequence[Relation] = ()
 
     # -- what a subclass overrides ----------------------------------------------------------------------------------
 
     def attach(self) -> None:
         """Called once, after allocation and before the first step: fetch arrays, compile."""
+
+    def reset(self) -> None:
+        """Forgets what an earlier run has left in the relation; called before a run that begins at step 0."""
 
     def begin(self, clock: Clock) -> None:
         """Called once before the first step of a run, when the fields hold their initial or resumed values."""
@@ -151,6 +156,8 @@ class Relation:
             array.flags.writeable = False
         return array
 
+    __iter__ = None  # a relation is no sequence, although it has items: `[force]` is meant where a list is asked for
+
     def __setitem__(self, field: Field | Key, value: Any) -> None:
         """Sets every entry; also what `self[field] += ...` ends with.
 
@@ -183,9 +190,11 @@ class Relation:
 
     # -- what the analysis uses -------------------------------------------------------------------------------------
 
-    def join(self, offered: frozenset[Key], changed: frozenset[Key], strict: bool) -> None:
-        """Called by the analysis when the contracts are known: taken offers, fields that change in the scene."""
-        self._offered, self._changed, self._strict = offered, changed, strict
+    def join(
+        self, offered: frozenset[Key], changed: frozenset[Key], strict: bool, scene: Sequence[Relation] = ()
+    ) -> None:
+        """Called by the analysis when the contracts are known: taken offers, what changes, all relations."""
+        self._offered, self._changed, self._strict, self._scene = offered, changed, strict, scene
 
     @property
     def label(self) -> str:

@@ -38,9 +38,10 @@ class Clock:
 class Trigger:
     """A named yes-or-no function of the clock."""
 
-    def __init__(self, decide: Callable[[Clock], bool], text: str) -> None:
+    def __init__(self, decide: Callable[[Clock], bool], text: str, *, keeps_state: bool = False) -> None:
         self._decide = decide
         self._text = text
+        self._key: object = object() if keeps_state else text  # two clocks of one text still tick on their own
 
     def __call__(self, clock: Clock) -> bool:
         return self._decide(clock)
@@ -62,10 +63,10 @@ class Trigger:
         return self._text
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Trigger) and self._text == other._text
+        return isinstance(other, Trigger) and self._key == other._key
 
     def __hash__(self) -> int:
-        return hash(self._text)
+        return hash(self._key)
 
 
 always = Trigger(lambda clock: True, "always")
@@ -93,7 +94,7 @@ def at(times: float | Iterable[float]) -> Trigger:
 
     def reached(clock: Clock) -> bool:
         now, before = clock.time * (1 + SLACK), (clock.step - 1) * clock.dt * (1 + SLACK)
-        return any(before < t <= now or (t == 0.0 and clock.step == 1) for t in moments)
+        return clock.step > 0 and any(before < t <= now or (t == 0.0 and clock.step == 1) for t in moments)
 
     return Trigger(reached, f"at({moments})")
 
@@ -120,4 +121,4 @@ def realtime(seconds: float) -> Trigger:
             previous = now if answer else previous
         return answer
 
-    return Trigger(due, f"realtime({seconds})")
+    return Trigger(due, f"realtime({seconds})", keeps_state=True)

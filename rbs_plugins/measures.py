@@ -58,14 +58,14 @@ class StrainEnergy(Measure):
         """The energy of a linear material."""
         return {"forces": [BondBased(part, E=1e9)]}
 
-    def __init__(self, part: Part, forces: Sequence[PairwiseForce], *, when: Trigger = always) -> None:
+    def __init__(self, part: Part, forces: PairwiseForce | Sequence[PairwiseForce], *, when: Trigger = always) -> None:
         super().__init__(part, when=when)
-        for force in forces:
+        self._forces = [forces] if isinstance(forces, PairwiseForce) else list(forces)
+        for force in self._forces:
             if not hasattr(force, "energy"):
                 raise BadInput(f"{self.label}: {force!r} does not know its energy: list constitutive relations")
             if force.part is not part:
                 raise BadInput(f"{self.label}: {force.label} belongs to another part")
-        self._forces = list(forces)
 
     @property
     def reads(self) -> tuple[Field, ...]:  # type: ignore[override]

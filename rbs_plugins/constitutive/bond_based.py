@@ -143,5 +143,8 @@ def _young(name: str, case: str, E: float | None, K: float | None, nu: float | N
     ratio = POISSON[case]
     if nu is not None and not abs(nu - ratio) <= POISSON_TOLERANCE:
         where = case if case == "3-D" else f"plane {case}"
-        raise BadInput(f"{name}: a bond-based material in {where} has Poisson's ratio {ratio:.4g}, it cannot have {nu}")
+        raise BadInput(
+            f"{name}: a bond-based material in {where} has Poisson's ratio {ratio:.4g}, it cannot have {nu}: leave nu "
+            "out, or take another model"
+        )
     return 3 * K * (1 - 2 * ratio) if K is not None else E

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbs_core import BadInput, BadLaw, Constitutive, Field, NotFinite, Part, Trigger, always
-from rbs_core.analysis import not_finite
+from rbs_core.honesty import not_finite
 from rbs_core.trigger import Clock
 from rbs_plugins import loops
 from rbs_plugins.constitutive.corrections import set_partial_volume
@@ -86,6 +86,7 @@ class PairwiseForce(Constitutive):
             raise BadInput(f"{self.label}: fracture={fracture!r} must be a criterion such as CriticalStretch(0.01)")
         require_bonds(type(self).__name__, part)
         self._law, self._fracture, self._potential = law, fracture, potential
+        self._called = False  # whether `_position` is that of an earlier force
         self._fraction = set_partial_volume(part, partial_volume)
         limits = {} if fracture is None else fracture.parameters(self)
         for name in limits.keys() & parameters.keys():
@@ -174,7 +175,11 @@ class PairwiseForce(Constitutive):
         )
         self._module, self._signatures = build(recipe)
         self._inputs = self._gather(recipe, 1.0 if uniform is None else uniform)
+        self._check_record()
+        last = getattr(self, "_position", None)
         self._position, self._before = self._inputs["y"], self._inputs.get("before")
+        if self._called and last is not None and last.shape == self._position.shape:
+            self._position[...] = last  # a run that goes on in the same process
         self._reference, self._moved = (loops.flat(self[f]) for f in (reference_position, displacement))
         loops.compile_loop(add, (loops.flat(self._position), self._reference, self._moved), [])
         self._arguments = self._prepare("force", self[force_density])
@@ -216,13 +221,44 @@ class PairwiseForce(Constitutive):
         loops.compile_loop(getattr(self._module, name), tuple(arguments), functions)
         return arguments
 
+    def _check_record(self) -> None:
+        """Whether the energy of failing bonds can be recorded at all.
+
+        Raises:
+            BadInput: if the force pauses, or another force of the part may see the same bond fail.
+        """
+        if not self.wants(dissipation_density):
+            return
+        if self.when != always:
+            raise BadInput(f"{self.label}: the energy of failing bonds can only be recorded in every step")
+        others = [r for r in self._scene if isinstance(r, PairwiseForce) and r is not self and r.part is self.part]
+        if others:
+            raise BadInput(
+                f"{self.label}: the energy of failing bonds is not known where several forces act on the bonds of one "
+                f"part (here also {others[0].label}): leave FractureDissipation out, or put both laws into one"
+            )
+
+    def reset(self) -> None:
+        self._called = False
+
     def begin(self, clock: Clock) -> None:
-        self._move(self._position)
+        if not self._called:
+            self._move(self._position)
+
+    def state(self) -> dict[str, Any]:
+        """The positions of the last force, where the energy of failing bonds is recorded from them."""
+        return {"position": self._position} if self._called and self._before is not None else {}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        if "position" in state:
+            self._position[...] = state["position"]
+            self._called = True
 
     def _move(self, out: NDArray[np.float64]) -> None:
         loops.run(add, out.size, loops.flat(out), self._reference, self._moved)
 
     def apply(self, clock: Clock) -> None:
+        self._called = True
         if self._before is not None:
             self._position, self._before = self._before, self._position
             self._arguments[self._places[0]], self._arguments[self._places[1]] = self._position, self._before

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbs_core import BadInput, Exporter, Field, Part, Trigger, convert, world
-from rbs_core.checkpoint import writable_folder
+from rbs_core.files import writable_folder
 from rbs_core.space import Cartesian
 from rbs_core.trigger import Clock
 from rbs_plugins.fields import displacement, reference_position
@@ -38,7 +38,7 @@ class FrameExporter(Exporter):
     ) -> None:
         super().__init__(part, when=when)
         self.path = Path(path)
-        self.fields = tuple(fields)
+        self.fields = (fields,) if isinstance(fields, Field) else tuple(fields)
         for field in self.fields:
             if not isinstance(field, Field) or field.at != "node":
                 raise BadInput(f"{self.label}: {field!r} is no node field: only those can be exported as frames")
@@ -95,6 +95,9 @@ class FrameExporter(Exporter):
         file = self.path.with_name(f"{self.path.name}_{clock.step:06d}.{suffix}")
         self.frames.append((clock.time, file.name))
         return file
+
+    def reset(self) -> None:
+        self.frames = []
 
     def state(self) -> dict[str, Any]:
         return {"frames": [list(frame) for frame in self.frames]}

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from rbs_core import BadInput, Exporter, Field, Part, Trigger, always
-from rbs_core.checkpoint import writable_folder
+from rbs_core.files import writable_folder
 from rbs_core.trigger import Clock
 
 
@@ -30,7 +30,7 @@ class CSVExporter(Exporter):
     def __init__(self, part: Part, fields: Iterable[Field], path: str | Path, *, when: Trigger = always) -> None:
         super().__init__(part, when=when)
         self.path = Path(path)
-        self.fields = tuple(fields)
+        self.fields = (fields,) if isinstance(fields, Field) else tuple(fields)
         for field in self.fields:
             if not isinstance(field, Field) or field.at != "part":
                 raise BadInput(f"{self.label}: {field!r} is no number of the part (at='part'), so it fits no table")
@@ -61,13 +61,21 @@ class CSVExporter(Exporter):
     def _open(self) -> TextIO:
         """The file with exactly the rows written so far: those behind the checkpoint of a resumed run are dropped."""
         kept: list[str] = []
-        if self._rows and self.path.exists():
-            kept = self.path.read_text(encoding="utf-8").splitlines()[: self._rows + 1]
+        if self._rows:
+            kept = self.path.read_text(encoding="utf-8").splitlines()[: self._rows + 1] if self.path.exists() else []
+            if len(kept) < self._rows + 1:
+                raise BadInput(
+                    f"{self.label}: {self.path} should hold {self._rows} rows of the run that goes on, and holds "
+                    f"{max(len(kept) - 1, 0)}: another run has written it; start again, or put the old table back"
+                )
+        columns = ["step", "time", *self._columns()]
+        if kept and kept[0].split(",") != columns:
+            raise BadInput(f"{self.label}: {self.path} has the columns {kept[0]}, this run would write {columns}")
         file = self.path.open("w", encoding="utf-8", newline="")
         if kept:
             file.write("\n".join(kept) + "\n")
         else:
-            csv.writer(file, lineterminator="\n").writerow(["step", "time", *self._columns()])
+            csv.writer(file, lineterminator="\n").writerow(columns)
         return file
 
     def _columns(self) -> list[str]:
@@ -81,6 +89,9 @@ class CSVExporter(Exporter):
         if self._file is not None:
             self._file.close()
             self._file = None
+
+    def reset(self) -> None:
+        self._rows = 0
 
     def state(self) -> dict[str, Any]:
         return {"rows": self._rows}

@@ -10,6 +10,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from rbs_core import Field, Part, Trigger, always
+from rbs_core.files import written_whole
 from rbs_core.trigger import Clock
 from rbs_plugins.exporters.frames import FrameExporter
 
@@ -41,6 +42,10 @@ class VTKExporter(FrameExporter):
         super().__init__(part, fields, path, configuration=configuration, when=when)
         self._grid: Any = None
 
+    def attach(self) -> None:
+        super().attach()
+        self._grid = None  # the part may have other nodes than in an earlier run
+
     def apply(self, clock: Clock) -> None:
         from vtkmodules.util.numpy_support import numpy_to_vtk
         from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
@@ -57,17 +62,15 @@ class VTKExporter(FrameExporter):
             array.SetName(field.name)
             data.AddArray(array)
         file = self.frame(clock, "vtu")
-        partial = file.with_name(f".{file.name}.partial")
-        writer = vtkXMLUnstructuredGridWriter()
-        writer.SetInputData(self._grid)
-        writer.SetFileName(str(partial))
-        writer.SetDataModeToAppended()
-        writer.EncodeAppendedDataOff()
-        writer.SetCompressorTypeToNone()
-        if not writer.Write():
-            partial.unlink(missing_ok=True)
-            raise OSError(f"{self.label} cannot write {file}: is the disk full?")
-        partial.replace(file)
+        with written_whole(file) as partial:
+            writer = vtkXMLUnstructuredGridWriter()
+            writer.SetInputData(self._grid)
+            writer.SetFileName(str(partial))
+            writer.SetDataModeToAppended()
+            writer.EncodeAppendedDataOff()
+            writer.SetCompressorTypeToNone()
+            if not writer.Write():
+                raise OSError(f"{self.label} cannot write {file}: is the disk full?")
         self._write_series()
 
     def _cells(self) -> Any:
@@ -91,6 +94,5 @@ class VTKExporter(FrameExporter):
         )
         head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>'
         text = f"{head}\n{rows}\n  </Collection>\n</VTKFile>\n"
-        partial = self.path.with_name(f".{self.path.name}.pvd.partial")
-        partial.write_text(text, encoding="utf-8")
-        partial.replace(self.path.with_name(f"{self.path.name}.pvd"))
+        with written_whole(self.path.with_name(f"{self.path.name}.pvd")) as partial:
+            partial.write_text(text, encoding="utf-8")

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from rbs_core import BadLaw, Field, Part, registry
-from rbs_plugins.loops.source import plain
+from rbs_plugins.loops.source import answers, plain
 
 KINEMATICS = ("stretch", "extension", "length", "reference_length")
 CLOCK = ("time", "dt")
@@ -65,13 +65,15 @@ def resolve(function: Callable[..., Any], part: Part, parameters: dict[str, floa
     """Says once, for each argument name, where its value comes from.
 
     Raises:
-        BadLaw: on a name that nobody knows; the message lists what is known.
+        BadLaw: on a name that nobody knows (the message lists what is known), or a branch that returns nothing.
     """
     defaults = {
         name: parameter.default
         for name, parameter in inspect.signature(plain(function)).parameters.items()
         if parameter.default is not parameter.empty
     }
+    if not answers(function):
+        raise BadLaw(f"{label(function)} returns nothing in some branch: every branch needs a return with a number")
     known = {**registry().fields(), **{field.name: field for field in part.fields}}
     return [_one(name, function, part, {**defaults, **parameters}, known) for name in names_of(function)]
 

@@ -45,6 +45,19 @@ def compilable(function: Any, *, busy: tuple[Any, ...] = ()) -> Callable[..., An
     return types.FunctionType(original.__code__, scope, original.__name__, original.__defaults__, original.__closure__)
 
 
+def answers(function: Any) -> bool:
+    """False if some branch of a function ends without returning a value; True also where there is no source."""
+    tree = _definition(plain(function))
+    return tree is None or _returns(tree.body)
+
+
+def _returns(body: list[ast.stmt]) -> bool:
+    end = body[-1]
+    if isinstance(end, ast.If):
+        return bool(end.orelse) and _returns(end.body) and _returns(end.orelse)
+    return isinstance(end, ast.Raise | ast.While | ast.For) or (isinstance(end, ast.Return) and end.value is not None)
+
+
 def definitions(functions: dict[str, Any]) -> list[str] | None:
     """Source of functions under new names, preceded by whatever they need.
 

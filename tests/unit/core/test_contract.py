@@ -118,7 +118,8 @@ def test_a_gap_that_no_known_relation_could_fill():
 def test_a_gap_of_a_real_scene_names_real_relations():
     part = line(name="bar")
     part[density] = 1.0
-    with pytest.raises(MissingField, match=r"relation 0 \(Toy 'bar'\) reads 'force_density'.*BondBased, (\w+, )*PairwiseForce"):
+    wanted = r"relation 0 \(Toy 'bar'\) reads 'force_density'.*BondBased, (\w+, )*PairwiseForce"
+    with pytest.raises(MissingField, match=wanted):
         rbs.Analysis([Toy(part, reads=(force_density,), updates=(velocity,))]).prepare()
 
 

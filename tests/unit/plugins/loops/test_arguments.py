@@ -27,6 +27,7 @@ def part():
 def test_each_kind(part):
     def law(stretch, extension, length, reference_length, time, dt, c, age, volume_fraction, temperature_i, density_j):
         """Asks for everything there is."""
+        return stretch
 
     found = resolve(law, part, {"c": 2})
     assert found == [
@@ -51,6 +52,7 @@ def test_each_kind(part):
 def test_fields_are_named_once(part):
     def law(temperature_i, temperature_j, breakable, stretch):
         """Asks twice for one field."""
+        return stretch
 
     assert fields(resolve(law, part, {})) == [temperature, breakable]
 
@@ -63,6 +65,7 @@ def test_a_parameter_goes_before_a_field_of_its_name(part):
 def test_defaults_are_parameters_that_keywords_replace(part):
     def law(stretch, c=1.0, *, k=2):
         """Has defaults."""
+        return stretch
 
     assert [argument.value for argument in resolve(law, part, {"k": 5.0})] == [None, 1.0, 5.0]
 
@@ -70,6 +73,7 @@ def test_defaults_are_parameters_that_keywords_replace(part):
 def test_unknown_name_lists_what_is_known(part):
     def law(stretch, temprature_i, c):
         """Is misspelt."""
+        return stretch
 
     with pytest.raises(BadLaw) as caught:
         resolve(law, part, {"c": 1.0, "s0": 2.0})

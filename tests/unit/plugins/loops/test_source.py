@@ -10,8 +10,10 @@ import numba
 import numpy as np
 import pytest
 
+import rbs_core as rbs
+from rbs_plugins import PairwiseForce
 from rbs_plugins.loops import cache
-from rbs_plugins.loops.source import definitions, plain
+from rbs_plugins.loops.source import answers, definitions, plain
 
 LIMIT = np.float64(0.25)
 FLOAT = np.float32(0.5)
@@ -226,3 +228,38 @@ def test_lambda_that_closes_over_a_number_is_left_to_memory_or_right():
 def test_plain_is_the_python_function():
     assert plain(jitted) is jitted.py_func
     assert plain(straight) is straight
+
+
+# -- answers -----------------------------------------------------------------------------------------------------------
+
+
+def whole(stretch, c):
+    if stretch > 0:
+        if stretch > 1:
+            return 2 * c * stretch
+        return c * stretch
+    else:  # noqa: RET505  the two branches are what is tested
+        return 0.0
+
+
+def half(stretch, c):  # noqa: RET503  that is the mistake
+    if stretch > 0:
+        return c * stretch
+
+
+def silent(stretch, c):
+    c * stretch
+
+
+def test_branches():
+    assert answers(whole)
+    assert answers(lambda stretch: stretch)
+    assert not answers(half)
+    assert not answers(silent)
+
+
+@pytest.mark.parametrize("law", [half, silent])
+def test_a_law_without_an_answer_is_named(law):
+    bar = rbs.Part("bar", rbs.Box(size=1.0, center=0.0)).discretize(0.1).connect(0.2)
+    with pytest.raises(rbs.BadLaw, match=rf"law '{law.__name__}' \(.*\) returns nothing in some branch"):
+        PairwiseForce(bar, law, c=1.0)
