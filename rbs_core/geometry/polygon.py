@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rbs_core.errors import BadInput
-from rbs_core.geometry.surfaces import TOLERANCE, Surface, on_different_sides, weights
+from rbs_core.geometry.surfaces import TOLERANCE, Surface, on_different_sides, tolerances, weights
 from rbs_core.space.checks import BoolArray, Bounds, FloatArray, as_points, as_text
 
 
@@ -31,21 +31,22 @@ class Polygon(Surface):
         corners.flags.writeable = False
         self.points = corners
         size = float(np.linalg.norm(np.ptp(corners, axis=0)))
-        self._tolerance = TOLERANCE * size
-        _require_edges(corners, self._tolerance)
+        self._size, self._largest = size, float(np.abs(corners).max())
+        flatness = TOLERANCE * size  # of the corners; what counts as on the polygon depends on the bond
+        _require_edges(corners, flatness)
         # From the middle, as for a segment: symmetric shapes stay symmetric to the last bit.
         self._middle: FloatArray = corners.mean(axis=0)
         around = corners - self._middle
         normal = _area_vector(around)
         area = float(np.linalg.norm(normal))
-        if area <= self._tolerance * size:
+        if area <= flatness * size:
             raise BadInput(
                 f"the points {as_text(corners)} enclose no area; give corners that do not lie on a line, "
                 "in order along the outline"
             )
         self._normal = normal / area
-        if np.abs(around @ self._normal).max() > self._tolerance:
-            raise BadInput(_off_plane(corners, self._tolerance))
+        if np.abs(around @ self._normal).max() > flatness:
+            raise BadInput(_off_plane(corners, flatness))
         first = corners[1] - corners[0]
         first = first - (first @ self._normal) * self._normal
         self._first = first / np.linalg.norm(first)
@@ -71,22 +72,23 @@ class Polygon(Surface):
 
     def _crosses(self, starts: FloatArray, ends: FloatArray) -> BoolArray:
         start_height, end_height = self._along(starts, self._normal), self._along(ends, self._normal)
-        crossing = on_different_sides(start_height, end_height, self._tolerance)
+        tolerance = tolerances(starts, ends, self._size, self._largest)
+        crossing = on_different_sides(start_height, end_height, tolerance)
         found = np.flatnonzero(crossing)
         if not found.size:
             return crossing
-        to_start = weights(start_height[found], self._tolerance)
-        to_end = weights(end_height[found], self._tolerance)
+        tolerance = tolerance[found]
+        to_start, to_end = weights(start_height[found], tolerance), weights(end_height[found], tolerance)
         # Written so that both ends play the same part: a bond and its reverse meet the plane in the same bits.
         start, end, total = starts[found], ends[found], to_start + to_end
         first, second = (
             (self._along(start, axis) * to_end + self._along(end, axis) * to_start) / total
             for axis in (self._first, self._second)
         )
-        crossing[found] = self._covers(first, second)
+        crossing[found] = self._covers(first, second, tolerance)
         return crossing
 
-    def _covers(self, x: FloatArray, y: FloatArray) -> BoolArray:
+    def _covers(self, x: FloatArray, y: FloatArray, tolerance: FloatArray) -> BoolArray:
         """Whether points of the plane are inside, or at most the tolerance beside the outline."""
         inside = np.zeros(len(x), dtype=np.bool_)
         near = np.zeros(len(x), dtype=np.bool_)
@@ -95,7 +97,7 @@ class Polygon(Surface):
             from_x, from_y = x - x0, y - y0
             share = (from_x * along_x + from_y * along_y) / (along_x**2 + along_y**2)
             share = np.clip(share, 0.0, 1.0)
-            near |= (from_x - share * along_x) ** 2 + (from_y - share * along_y) ** 2 <= self._tolerance**2
+            near |= (from_x - share * along_x) ** 2 + (from_y - share * along_y) ** 2 <= tolerance**2
             if y0 != y1:
                 # A ray towards +x flips inside and outside at every edge; the half-open rule counts a corner once.
                 inside ^= ((y0 <= y) != (y1 <= y)) & (from_x < from_y * (along_x / along_y))

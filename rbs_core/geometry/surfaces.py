@@ -3,8 +3,10 @@
 The rule, in every dimension. A surface lies in a plane (a line in 2-D, a point in 1-D) that has a positive and a
 negative side. Points on the plane, within a tolerance, belong to the positive side. A bond crosses the surface when its
 two ends are on different sides and it meets the plane inside the surface or at most a tolerance beside it: a bond
-through the tip of a crack crosses, so that symmetric meshes are cut symmetrically. The tolerance is 1e-9 of the size of
-the surface. A bond and its reverse get the same answer, always.
+through the tip of a crack crosses, so that symmetric meshes are cut symmetrically. The tolerance belongs to the bond:
+1e-9 of the size of the surface, but at most 1e-6 of the length of the bond, and on top of that the round-off of the
+coordinates. So it stays far below the spacing, however large the surface is and wherever it lies. A bond and its
+reverse get the same answer, always.
 """
 
 from __future__ import annotations
@@ -18,8 +20,12 @@ from rbs_core.errors import BadInput
 from rbs_core.geometry.base import Described, common_dimension, coordinate_tuple, require_kind
 from rbs_core.space.checks import BoolArray, Bounds, FloatArray, as_number, as_real, as_text, as_vectors, require_finite
 
-# Part of the size of a surface that still counts as on it: far above round-off, far below any spacing.
+# Part of the size of a surface that still counts as on it, unless that is more than a part of the length of the bond.
 TOLERANCE = 1e-9
+BOND_TOLERANCE = 1e-6
+
+# Part of the largest coordinate that counts as on the surface in any case: what round-off makes of a distance from it.
+ROUND_OFF = 16 * float(np.finfo(np.float64).eps)
 
 # Bonds per round: the temporary arrays of a round stay in the cache, whatever the number of bonds.
 ROUND = 1 << 14
@@ -122,7 +128,7 @@ class Surfaces(Surface):
 class Point(Surface):
     """A cut through a line; its positive side is x and above.
 
-    Its size, for the tolerance, is |x| or the length of the bond, whichever is larger.
+    Its size, for the tolerance, is |x| or the length of the bond, whichever is larger; far from 0 the length counts.
 
     Args:
         x: coordinate (m).
@@ -143,9 +149,8 @@ class Point(Surface):
 
     def _crosses(self, starts: FloatArray, ends: FloatArray) -> BoolArray:
         start, end = starts[:, 0], ends[:, 0]
-        tolerance = TOLERANCE * np.maximum(np.abs(end - start), abs(self.x))
-        crossing: BoolArray = (start - self.x >= -tolerance) != (end - self.x >= -tolerance)
-        return crossing
+        size = np.maximum(np.abs(end - start), abs(self.x))
+        return on_different_sides(start - self.x, end - self.x, tolerances(starts, ends, size, abs(self.x)))
 
     def _parameters(self) -> dict[str, object]:
         return {"x": self.x}
@@ -175,7 +180,8 @@ class Segment(Surface):
         # Everything is measured from the middle: a cut that is symmetric about an axis then stays so to the last bit.
         self._middle = (self.start + self.end) / 2
         self._along = along / length
-        self._half, self._tolerance = length / 2, TOLERANCE * length
+        self._length, self._half = length, length / 2
+        self._largest = float(max(np.abs(self.start).max(), np.abs(self.end).max()))
 
     @property
     def dimension(self) -> int:
@@ -194,26 +200,44 @@ class Segment(Surface):
 
     def _crosses(self, starts: FloatArray, ends: FloatArray) -> BoolArray:
         (start_along, start_height), (end_along, end_height) = self._local(starts), self._local(ends)
-        crossing = on_different_sides(start_height, end_height, self._tolerance)
+        tolerance = tolerances(starts, ends, self._length, self._largest)
+        crossing = on_different_sides(start_height, end_height, tolerance)
         found = np.flatnonzero(crossing)
-        to_start = weights(start_height[found], self._tolerance)
-        to_end = weights(end_height[found], self._tolerance)
+        tolerance = tolerance[found]
+        to_start, to_end = weights(start_height[found], tolerance), weights(end_height[found], tolerance)
         # The bond meets the line at meeting / (to_start + to_end); written so that both ends play the same part.
         meeting = start_along[found] * to_end + end_along[found] * to_start
-        crossing[found] = np.abs(meeting) <= (self._half + self._tolerance) * (to_start + to_end)
+        crossing[found] = np.abs(meeting) <= (self._half + tolerance) * (to_start + to_end)
         return crossing
 
     def _parameters(self) -> dict[str, object]:
         return {"start": coordinate_tuple(self.start), "end": coordinate_tuple(self.end)}
 
 
-def on_different_sides(start_height: FloatArray, end_height: FloatArray, tolerance: float) -> BoolArray:
+def tolerances(starts: FloatArray, ends: FloatArray, size: float | FloatArray, largest: float) -> FloatArray:
+    """How far from a surface a point still counts as on it, for each bond; the same for a bond and its reverse.
+
+    Args:
+        starts: one end of each bond (m), shape (m, d).
+        ends: the other end, shape (m, d).
+        size: of the surface (m).
+        largest: absolute coordinate of the surface (m).
+    """
+    length, reach = np.zeros(len(starts)), np.full(len(starts), largest)
+    for start, end in zip(starts.T, ends.T, strict=True):  # by columns: a sum over few columns is slow by rows
+        length = np.hypot(length, end - start)
+        np.maximum(reach, np.maximum(np.abs(start), np.abs(end)), out=reach)
+    result: FloatArray = np.minimum(TOLERANCE * size, BOND_TOLERANCE * length) + ROUND_OFF * reach
+    return result
+
+
+def on_different_sides(start_height: FloatArray, end_height: FloatArray, tolerance: FloatArray) -> BoolArray:
     """Whether the ends of bonds, given by their signed distances from a plane, are on different sides of it."""
     different: BoolArray = (start_height >= -tolerance) != (end_height >= -tolerance)
     return different
 
 
-def weights(height: FloatArray, tolerance: float) -> FloatArray:
+def weights(height: FloatArray, tolerance: FloatArray) -> FloatArray:
     """Distances from the plane, those of points that count as on it set to 0.
 
     Of two ends on different sides one is further off than the tolerance, so that the sum of their weights is never 0.

@@ -7,6 +7,7 @@ loops speaks only to `Bonds`.
 
 from __future__ import annotations
 
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -19,6 +20,7 @@ from rbs_core.fields import FieldStore, intact
 from rbs_core.geometry import Geometry, Surface
 
 Crossing = Surface | Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.bool_]]
+NO_CROSSING = "no bond crosses it; check where it lies, in the local coordinates of the part (m)"
 _CHUNK = 1 << 20
 
 
@@ -55,11 +57,19 @@ class Bonds(ABC):
 
     @abstractmethod
     def cut(self, surface: Crossing) -> int:
-        """Breaks the bonds that cross a surface; they count as damage. Returns how many directed bonds broke."""
+        """Breaks the bonds that cross a surface; they count as damage. Returns how many directed bonds broke.
+
+        Warns:
+            UserWarning: if none broke.
+        """
 
     @abstractmethod
     def remove(self, surface: Crossing) -> int:
-        """Takes away bonds that cross a surface, as if they had never been. Returns how many directed bonds went."""
+        """Takes away bonds that cross a surface, as if they had never been. Returns how many directed bonds went.
+
+        Warns:
+            UserWarning: if none went.
+        """
 
     @property
     @abstractmethod
@@ -99,6 +109,9 @@ class BondList(Bonds):
         positions: (n, d) reference positions, m.
         rows: offsets, neighbors, inverse lengths, as the search returns them.
         horizon: m.
+
+    Attributes:
+        removals: how often bonds were taken away.
     """
 
     storage = "list"
@@ -110,7 +123,7 @@ class BondList(Bonds):
         rows: tuple[NDArray[np.int64], NDArray[np.uint32], NDArray[np.float64]],
         horizon: float,
     ) -> None:
-        self.horizon = horizon
+        self.horizon, self.removals = horizon, 0
         self._positions = positions
         self._offsets, self._neighbors, self._inverse = rows
         self.fields = FieldStore(f"part '{owner}'", "bond", len(self._neighbors), positions.shape[1])
@@ -156,11 +169,15 @@ class BondList(Bonds):
         return intact in self.fields and not self.intact.all()
 
     def cut(self, surface: Crossing) -> int:
-        broken = 0
+        broken = crossing = 0
         for begin, crossed in self._crossings(surface):
             part = self.intact[begin : begin + len(crossed)]
             broken += int(np.count_nonzero(part & crossed))
             part &= ~crossed
+            crossing += int(np.count_nonzero(crossed))
+        if not broken:
+            why = f"the {crossing} directed bonds that cross it were broken before" if crossing else NO_CROSSING
+            self._warn(f"cut({surface!r}) broke nothing: {why}")
         return broken
 
     def remove(self, surface: Crossing) -> int:
@@ -173,7 +190,13 @@ class BondList(Bonds):
             self._offsets = before[self._offsets]
             self._neighbors, self._inverse = self._neighbors[keep], self._inverse[keep]
             self.fields.keep(keep)
+            self.removals += 1
+        else:
+            self._warn(f"remove({surface!r}) took nothing away: {NO_CROSSING}")
         return gone
+
+    def _warn(self, text: str) -> None:
+        warnings.warn(f"{self.fields.owner}: bonds.{text}", stacklevel=3)
 
     def ends(self, begin: int, end: int) -> tuple[NDArray[np.int64], NDArray[np.uint32]]:
         """Node and neighbor of the bonds begin..end, as two arrays."""
@@ -194,7 +217,9 @@ class BondList(Bonds):
         near = np.ones(last, np.bool_)
         if isinstance(surface, Surface):
             low, high = (np.asarray(b) for b in surface.bounds)
-            reach = self.horizon * (1 + 1e-6) + 1e-8 * float((high - low).max())  # surfaces reach a little beyond
+            largest = max(float(np.abs(numbers).max()) for numbers in (low, high, self._positions))
+            # surfaces reach beyond their bounds by their tolerance, and somewhat more is searched
+            reach = self.horizon * (1 + 1e-5) + 1e-8 * float((high - low).max()) + 1e-14 * largest
             above, below = self._positions >= low - reach, self._positions <= high + reach
             near = np.asarray((above & below).all(axis=1))
         candidates = np.flatnonzero(near)

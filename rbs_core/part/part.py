@@ -13,6 +13,7 @@ from rbs_core.errors import BadInput, MissingField
 from rbs_core.fields import Field, FieldStore, reference_position, volume
 from rbs_core.geometry import Geometry
 from rbs_core.part.neighborhoods import BondList
+from rbs_core.part.rigid import rigid
 from rbs_core.part.views import Node
 from rbs_core.space import CoordinateSystem, Grid, uniform, world
 
@@ -27,10 +28,11 @@ class Part:
         dimension: 1, 2 or 3; from the geometry if not given.
 
     Raises:
-        BadInput: if the dimension cannot be told or is impossible.
+        BadInput: if the dimension cannot be told or is impossible, or if the system, seen from the root, is stretched,
+            sheared or curved: the lengths of bonds are measured in local coordinates. Systems may move later, rigidly.
 
     Use `part[field]` for the array of a field, `part[field] = value` to set it (a number, one entry, an array, or a
-    function of the (n, d) reference positions).
+    function of the (n, d) reference positions). Volumes must be positive.
     """
 
     def __init__(
@@ -44,11 +46,12 @@ class Part:
         if geometry.dimension not in (None, dimension):
             raise BadInput(f"Part({name!r}): dimension={dimension}, but {geometry!r} has {geometry.dimension}")
         self.name, self.geometry, self.dimension = name, geometry, dimension
-        self.system = world if system is None else system
+        self.system = world if system is None else rigid(system, name)
         self.spacing: float | None = None
         self.thickness: float | None = None
         self.area: float | None = None
         self.grid: Grid | None = None
+        self._version = 0
         self._cells: NDArray[np.int64] | None = None
         self._bonds: BondList | None = None
         self._nodes: FieldStore | None = None
@@ -143,11 +146,27 @@ class Part:
             raise BadInput(f"part '{self.name}': {len(positions)} nodes are more than 2**32 - 1: split it")
         store = FieldStore(f"part '{self.name}'", "node", len(positions), self.dimension)
         store.set(reference_position, positions)
-        store.set(volume, volumes)
-        bad = np.flatnonzero(store.get(volume) <= 0)
-        if len(bad):
-            raise BadInput(f"part '{self.name}': node {bad[0]} at {positions[bad[0]].tolist()} has no positive volume")
+        store.set(volume, self._volumes(volumes, positions))
+        self._version = self.version + 1
         self._nodes, self._bonds = store, None
+
+    def _volumes(self, volumes: ArrayLike, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Volumes (n,) of nodes at these positions, refused unless they are positive."""
+        store = FieldStore(f"part '{self.name}'", "node", len(positions), self.dimension)
+        store.set(volume, volumes)
+        checked = store.get(volume)
+        bad = np.flatnonzero(checked <= 0)
+        if len(bad):
+            raise BadInput(
+                f"part '{self.name}': node {bad[0]} at {positions[bad[0]].tolist()} has no positive volume "
+                f"({checked[bad[0]]:g} m^3): give it one, or make the part without this node"
+            )
+        return checked
+
+    @property
+    def version(self) -> int:
+        """A number that changes whenever nodes or bonds are made anew, or bonds are removed."""
+        return self._version + (self._bonds.removals if self._bonds is not None else 0)
 
     @property
     def nodes(self) -> Nodes:
@@ -216,6 +235,7 @@ class Part:
                     f"{positions[node].tolist()}: remove one"
                 )
         positions.flags.writeable = False  # the bonds hold lengths that were measured here
+        self._version = self.version + 1
         self._bonds = BondList(self.name, positions, rows, float(horizon))
         self._warn_of_lonely_nodes()
         return self
@@ -269,6 +289,8 @@ class Part:
     def __setitem__(self, field: Field, value: Any) -> None:
         if callable(value):
             value = value(self.positions)
+        if field == volume:
+            value = self._volumes(value, self.positions)
         self.store(field.at).set(field, value)
 
     @property

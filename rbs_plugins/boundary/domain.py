@@ -25,15 +25,18 @@ class BoundaryDomain(Boundary):
             second order), and at the end of the step where the domain is listed a second time.
         displacement: m. Sets the velocity with which the drift of this step arrives there; where the domain is listed a
             second time, that of the end of the step, by a central difference of what is prescribed.
-        force: N, in total on the region, shared out by volume.
+        force: N. A number is the total on the region, shared out by volume; an array is the force on each node.
         body_force: N/m^3.
         when: trigger.
 
     Each takes one entry per component: None (free), a number, an array with one number per node of the region (in
     ascending order of nodes) or a function of (time) or (time, positions); or a function that returns all components.
+    Functions depend on nothing but their arguments: they are called at other times than those of the run, too. The
+    components of a displacement are the same at all times.
 
     Raises:
-        BadInput: on no or several kinds, a region without nodes, or values of a wrong shape or not finite.
+        BadInput: on no or several kinds, a region without nodes, or values of a wrong shape or not finite; at the start
+            of the run if another motion prescribes something else for the same component of the same node.
 
     Its work on the part is offered as `external_work`. For a motion it is the impulse that turns the kicked velocity
     into the prescribed one, times the mean of the prescribed velocity before and after (which makes the energy balance
@@ -62,9 +65,10 @@ class BoundaryDomain(Boundary):
         self.nodes = part.where(region)
         if not len(self.nodes):
             raise BadInput(f"{self.label}: no node lies in {region!r}: check the region or the spacing")
-        self._values = Values(f"{self.label}, {self.kind}", given[self.kind], part.positions[self.nodes])
-        self._step = -1
-        self._before: dict[str, NDArray[np.float64]] = {}
+        owner, steady = f"{self.label}, {self.kind}", self.kind == "displacement"
+        self._values = Values(owner, given[self.kind], part.positions[self.nodes], steady)
+        self._digest = self._values.digest()  # now: during a run functions are not asked about other times
+        self.reset()
 
     @property
     def moves(self) -> bool:
@@ -90,6 +94,14 @@ class BoundaryDomain(Boundary):
 
     offers = (external_work,)
 
+    def identity(self) -> dict[str, Any]:
+        """The parameters, the nodes that were found and what is prescribed on them at a few times."""
+        return {**self.parameters, "nodes": self.nodes, "values": self._digest}
+
+    def reset(self) -> None:
+        self._step = -1
+        self._before: dict[str, NDArray[np.float64]] = {}
+
     # -- work -------------------------------------------------------------------------------------------------------
 
     def attach(self) -> None:
@@ -102,14 +114,50 @@ class BoundaryDomain(Boundary):
                 "prescribed value depend on time instead"
             )
         if self.moves:
+            self._check_others()
             self._v, self._mass = self[velocity], self[density][self.nodes] * self._size
         else:
             self._f = self[force_density]
 
+    def _check_others(self) -> None:
+        """Compares with the motions listed in front of it; those with a trigger may take turns.
+
+        Raises:
+            BadInput: if one prescribes something else for the same component of the same node.
+        """
+        for other in self._scene:
+            if other is self:
+                return
+            if isinstance(other, BoundaryDomain) and other.part is self.part and other.moves:
+                clash = self._clash(other) if self.when == other.when == always else None
+                if clash is not None:
+                    raise BadInput(
+                        f"{self!r} and {other!r} prescribe different motions: component {clash[0]} of the node at "
+                        f"{clash[1]}: take the node out of one of the regions"
+                    )
+
+    def _clash(self, other: BoundaryDomain) -> tuple[int, list[float]] | None:
+        """Component and position of a node for which two motions want something else at one of a few times."""
+        both, mine, theirs = np.intersect1d(self.nodes, other.nodes, assume_unique=True, return_indices=True)
+        if not len(both):
+            return None
+        for here, there in zip(self._values.samples(), other._values.samples(), strict=True):
+            known = dict(there)
+            for axis, value in here:
+                if axis in known:
+                    one = np.broadcast_to(value, self.nodes.shape)[mine]
+                    two = np.broadcast_to(known[axis], other.nodes.shape)[theirs]
+                    different = both[(one != two) | (self.kind != other.kind)]
+                    if len(different):
+                        return axis, self.part.positions[different[0]].tolist()
+        return None
+
     def begin(self, clock: Clock) -> None:
         if self._works and not self._before:
-            start = self._v[self.nodes] if self.moves else self._load(clock.time)
-            self._before = {"path": self._u[self.nodes], "value": np.array(start)}
+            if self.moves:
+                self._before = {"value": self._v[self.nodes]}
+            else:
+                self._before = {"path": self._u[self.nodes], "value": self._load(clock.time)}
 
     def apply(self, clock: Clock) -> None:
         if self.moves:
@@ -140,9 +188,11 @@ class BoundaryDomain(Boundary):
     def _load(self, time: float) -> NDArray[np.float64]:
         """(k, d) force per volume on the nodes."""
         load = np.zeros((len(self.nodes), self.part.dimension))
-        for axis, value in self._values.at(time):
+        for axis, value in self._values.entries(time):
+            if self.kind == "force":  # a number is the total, an array the force on each node
+                value = value / (self._size if value.ndim else self._size.sum())
             load[:, axis] = value
-        return load / self._size.sum() if self.kind == "force" else load
+        return load
 
     def _push(self, clock: Clock) -> None:
         load = self._load(clock.time)

@@ -107,6 +107,24 @@ def test_symmetric_meshes_are_cut_symmetrically():
         assert np.array_equal(polygon.crosses(quarter[start], quarter[end]), cut)
 
 
+@pytest.mark.parametrize("half", [1e-8, 1.0, 100.0])
+@pytest.mark.parametrize("mapping", [Cartesian(), Cartesian((0.0, 0.0, 0.0), TILT.axes)], ids=["flat", "tilted"])
+def test_the_size_of_a_polygon_does_not_move_it(half, mapping):
+    spacing = 1e-9
+    points = uniform((-2 * spacing,) * 3, (2 * spacing,) * 3, spacing).points()
+    lengths = np.linalg.norm(points[:, None] - points[None], axis=2)
+    start, end = np.nonzero((lengths <= 2.001 * spacing) & (lengths > 0.0))
+    polygon = Polygon(mapping.to_parent(np.array(SQUARE) * half))
+    placed = mapping.to_parent(points)
+    cut = polygon.crosses(placed[start], placed[end])
+    assert np.array_equal(cut, (points[start, 2] > 0.0) != (points[end, 2] > 0.0))
+    assert np.array_equal(polygon.crosses(placed[end], placed[start]), cut)
+    # Nodes on it still belong to the side of the normal, and its rim is closed.
+    on, up = mapping.to_parent(np.array([[0.3, 0.7, 0.0], [half / 1e-9, 0.0, 0.0]]) * 1e-9), mapping.axes[2] * 2e-9
+    assert polygon.crosses(on, on - up).all()
+    assert not polygon.crosses(on, on + up).any()
+
+
 def test_bounds_dimension_and_repr():
     polygon = Polygon([(0, 0, 0), (1, 0, 0), (0, 2, 0)])
     assert np.array_equal(polygon.bounds, [[0.0, 0.0, 0.0], [1.0, 2.0, 0.0]])

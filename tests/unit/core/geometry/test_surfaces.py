@@ -112,6 +112,58 @@ def test_directed_bonds_cut_by_the_crack_of_a_plate():
     assert cut == count == 3612
 
 
+@pytest.mark.parametrize("angle", [0.0, 0.3, 2.0])
+@pytest.mark.parametrize("length", [1e-8, 1.0, 100.0, 1e4])
+def test_the_length_of_a_segment_does_not_move_it(angle, length):
+    spacing = 1e-9
+    axes = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    points = uniform((-4 * spacing, -4 * spacing), (4 * spacing, 4 * spacing), spacing).points()
+    start, end = pairs_of(points, 3.015 * spacing)
+    crack = Segment(*(np.array([[-length / 2, 0.0], [length / 2, 0.0]]) @ axes))
+    turned = points @ axes
+    cut = crack.crosses(turned[start], turned[end])
+    away = (points[start, 1] > 0) != (points[end, 1] > 0)
+    if length > 1e-7:
+        assert np.array_equal(cut, away)
+    assert 0 < cut.sum() <= away.sum()
+    assert np.array_equal(crack.crosses(turned[end], turned[start]), cut)
+
+
+def test_nodes_on_a_long_segment_stay_on_it_and_tips_stay_closed():
+    for angle in np.linspace(0.0, 3.0, 31):
+        along, left = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+        crack = Segment(-500.0 * along, 500.0 * along)
+        on = np.linspace(-400.0, 400.0, 9)[:, None] * along  # up to round-off of 400 m, which is 6e-14 m
+        assert crack.crosses(on, on - 1e-9 * left).all()
+        assert not crack.crosses(on, on + 1e-9 * left).any()
+        above, below = 500.0 * along + 1e-6 * left, 500.0 * along - 1e-6 * left  # through the tip
+        assert crack.crosses([above], [below]).all()
+        assert not crack.crosses([above + 1e-9 * along], [below + 1e-9 * along]).any()
+
+
+def test_a_point_far_from_the_origin_cuts_where_it_is():
+    for x in (1.0, -1e3, 1e6):
+        nodes = x + 1e-10 * abs(x) * np.arange(-4, 4)[:, None]
+        starts, ends = nodes[:-1], nodes[1:]
+        cut = Point(x).crosses(starts, ends)
+        assert cut.tolist() == [False, False, False, True, False, False, False]
+        assert np.array_equal(Point(x).crosses(ends, starts), cut)
+
+
+@QUIET
+@given(
+    arrays(float, (6, 2), elements=NUMBERS),
+    arrays(float, (6, 2), elements=NUMBERS),
+    st.sampled_from([1e-9, 1e-6, 1.0]),
+    st.sampled_from([1.0, 1e3, 1e6]),
+)
+def test_at_any_scale_a_bond_and_its_reverse_get_the_same_answer(starts, ends, small, large):
+    crack = Segment((-0.3 * large, -0.1 * large), (0.3 * large, 0.1 * large))
+    forth = crack.crosses(small * starts, small * ends)
+    assert np.array_equal(forth, crack.crosses(small * ends, small * starts))
+    assert np.array_equal(forth, crack.crosses(small * starts, small * ends))
+
+
 def test_rounds_do_not_change_the_result():
     rng = np.random.default_rng(6)
     starts = rng.uniform(-1.0, 1.0, (ROUND + 1000, 2))

@@ -58,7 +58,10 @@ def test_a_cut_breaks_the_bonds_that_cross_and_keeps_them():
 def test_a_cut_counts_only_what_it_breaks_itself():
     part = plate()
     half = part.bonds.cut(Segment((-9.0, 0.0), (0.01, 0.0)))
-    assert part.bonds.cut(Segment((-9.0, 0.0), (0.01, 0.0))) == 0
+    again = rf"part 'plate': bonds.cut\(Segment\(.*\)\) broke nothing: the {half} directed bonds .* were broken before"
+    with pytest.warns(UserWarning, match=again) as warned:
+        assert part.bonds.cut(Segment((-9.0, 0.0), (0.01, 0.0))) == 0
+    assert (len(warned), warned[0].filename) == (1, __file__)
     assert half + part.bonds.cut(Segment((-9.0, 0.0), (9.0, 0.0))) == crossing(part).sum()
 
 
@@ -101,8 +104,14 @@ def test_a_function_of_starts_and_ends_cuts_too():
 
 def test_a_surface_beside_the_part_cuts_nothing():
     part = plate()
-    assert part.bonds.cut(Segment((-9.0, 50.0), (9.0, 50.0))) == 0
-    assert part.bonds.remove(Segment((-9.0, 50.0), (9.0, 50.0))) == 0
+    beside = Segment((-9.0, 50.0), (9.0, 50.0))
+    with pytest.warns(
+        UserWarning, match=r"bonds.cut\(Segment.* broke nothing: no bond crosses it; check where"
+    ) as warned:
+        assert part.bonds.cut(beside) == 0
+    with pytest.warns(UserWarning, match=r"bonds.remove\(Segment.* took nothing away: no bond crosses it") as gone:
+        assert part.bonds.remove(beside) == 0
+    assert [warning.filename for warning in (*warned, *gone)] == [__file__] * 2
     assert not part.bonds.has_broken
 
 
@@ -136,7 +145,8 @@ def test_removed_bonds_have_never_been():
     assert part.bonds.counts().sum() == len(part.bonds) == len(kept)
     assert np.array_equal(part.bonds.lengths, whole.bonds.lengths[~gone])
     assert not part.bonds.has_broken
-    assert part.bonds.remove(Segment((-9.0, 0.0), (9.0, 0.0))) == 0
+    with pytest.warns(UserWarning, match="took nothing away"):
+        assert part.bonds.remove(Segment((-9.0, 0.0), (9.0, 0.0))) == 0
 
 
 def test_bond_fields_follow_their_bonds():
@@ -168,7 +178,17 @@ def test_everything_may_be_removed():
     assert list(part.bonds) == []
     assert part.bonds.counts().tolist() == [0] * 36
     assert not part.bonds.has_broken
-    assert part.bonds.cut(Segment((-9.0, 0.0), (9.0, 0.0))) == 0
+    with pytest.warns(UserWarning, match="broke nothing"):
+        assert part.bonds.cut(Segment((-9.0, 0.0), (9.0, 0.0))) == 0
+
+
+def test_a_cut_far_larger_than_the_part_or_far_off_the_origin_misses_no_bond():
+    spacing = 1e-9
+    small = Part("small", Box(size=(8 * spacing, 8 * spacing))).discretize(spacing).connect(3.015 * spacing)
+    assert small.bonds.cut(Segment((-50.0, 0.0), (50.0, 0.0))) == crossing(small).sum() > 0
+    assert np.array_equal(small.bonds.intact, ~crossing(small))
+    bar = Part("bar", Box(size=8 * spacing, center=0.1)).discretize(spacing).connect(spacing * (1 + 1e-6))
+    assert bar.bonds.cut(rbs.Point(0.1)) == 2
 
 
 # -- the state ------------------------------------------------------------------------------------------------------

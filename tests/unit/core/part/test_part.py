@@ -64,6 +64,57 @@ def test_nodes_can_come_from_anywhere():
     assert Part("one", Everywhere(), dimension=3).place([1.0, 2.0, 3.0], 0.5).positions.tolist() == [[1.0, 2.0, 3.0]]
 
 
+@pytest.mark.parametrize("bad", [0.0, -1.0])
+def test_volumes_stay_positive(bad):
+    part = plate()
+    before = part[volume].copy()
+    values = before.copy()
+    values[5] = bad
+    message = rf"part 'plate': node 5 at \[-0.125, -0.125\] has no positive volume \({bad:g} m\^3\): give it one"
+    for value in (values, lambda positions: values):
+        with pytest.raises(BadInput, match=message):
+            part[volume] = value
+    with pytest.raises(BadInput, match=r"node 0 at .* has no positive volume"):
+        part[volume] = bad
+    assert np.array_equal(part[volume], before)
+    part[volume] = 2.0
+    assert (part[volume] == 2.0).all()
+    with pytest.raises(MissingField, match="has no nodes"):
+        Part("p", Box(size=1.0))[volume] = 1.0
+
+
+def test_the_version_changes_with_nodes_and_bonds():
+    part = Part("bar", Box(size=4.0))
+    seen = [part.version]
+    for change in (
+        lambda: part.discretize(1.0),
+        lambda: part.connect(2.0),
+        lambda: part.bonds.remove(rbs.Point(0.0)),
+        lambda: part.bonds.remove(rbs.Point(1.0)),
+        lambda: part.connect(2.0),
+        lambda: part.connect(2.0),
+        lambda: part.discretize(1.0),
+        lambda: part.place([0.0, 1.0], 1.0),
+    ):
+        change()
+        seen.append(part.version)
+    assert seen == list(range(9))
+
+
+def test_the_version_stays_while_nodes_and_bonds_do():
+    part = line(4, horizon=2.0)
+    before = part.version
+    part[a], part[volume] = 1.0, 2.0
+    part.bonds.cut(rbs.Point(2.0))
+    with pytest.warns(UserWarning, match="took nothing away"):
+        part.bonds.remove(rbs.Point(9.0))
+    with pytest.raises(BadInput):
+        part.connect(-1.0)
+    with pytest.raises(BadInput):
+        part.place([[9.0]], 1.0)
+    assert part.version == before
+
+
 def test_given_positions_are_copied():
     mine = np.zeros((1, 2))
     part = Part("cloud", Everywhere(), dimension=2).place(mine, 1.0)

@@ -117,6 +117,43 @@ def test_euler_steps_take_motions_too(dots):
     assert dots[displacement][0].tolist() == [1.0, 2.0]
 
 
+def test_components_of_a_displacement_stay_the_same(dots):
+    domain = BoundaryDomain(dots, [0], displacement=lambda t: (t, 0.0) if t < 0.6 else (t, None))
+    with pytest.raises(BadInput, match=r"'dots', displacement: prescribes components \[0\] at time 0.75 s"):
+        run(dots, [domain])
+    run(dots, [BoundaryDomain(dots, [0], velocity=lambda t: (1.0, 1.0) if t < 0.6 else (2.0, None))])
+
+
+def test_two_motions_of_one_node(dots):
+    """Refused if they differ: the later one would win silently."""
+    left = BoundaryDomain(dots, [0, 1], velocity=(0.0, 0.0))
+    for right in (
+        BoundaryDomain(dots, [1, 2], velocity=(1.0, None)),
+        BoundaryDomain(dots, [1, 2], velocity=(None, lambda t: t)),
+        BoundaryDomain(dots, [1, 2], velocity=lambda t, X: 1e3 * t * X),
+        BoundaryDomain(dots, [1, 2], displacement=(0.0, None)),
+    ):
+        with pytest.raises(BadInput, match=r"different motions: component [01] of the node at \[1.0, 0.0\]"):
+            run(dots, [left, right])
+
+
+def test_motions_that_share_nodes_and_do_not_clash(dots):
+    """A held corner, other components, other nodes, loads, turns by triggers, another part."""
+    left = BoundaryDomain(dots, [0, 1], velocity=(0.0, None), when=rbs.always)
+    other = rbs.Part("other", rbs.Everywhere(), dimension=2).place([[0.0, 0.0], [1.0, 0.0]], 1.0, spacing=1.0)
+    other[density], other[displacement] = 1.0, 0.0
+    for right in (
+        BoundaryDomain(dots, [1, 2], velocity=(0.0, None)),
+        BoundaryDomain(dots, [1, 2], velocity=([0.0, 5.0], None)),
+        BoundaryDomain(dots, [1, 2], velocity=(None, 1.0)),
+        BoundaryDomain(dots, [2, 3], velocity=(1.0, 1.0)),
+        BoundaryDomain(dots, [1, 2], force=(1.0, 1.0)),
+        BoundaryDomain(dots, [1, 2], velocity=(1.0, None), when=rbs.between(0.0, 0.5)),
+        BoundaryDomain(other, [1], velocity=(1.0, None)),
+    ):
+        run(dots, [left, right], steps=1)
+
+
 # -- loads ---------------------------------------------------------------------------------------------------------
 
 
@@ -127,6 +164,30 @@ def test_loads_add_to_the_force(dots, kind):
     assert dots[force_density].tolist() == [[0.0, 0.0], [per_volume, 0.0], [0.0, 0.0], [per_volume, 0.0]]
     total = (dots[force_density] * dots[volume][:, None]).sum(axis=0)
     assert total[0] == pytest.approx({"force": 12.0, "body_force": 72.0}[kind], rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("given", "on_each", "total"),
+    [
+        (12.0, [4.0, 8.0], 12.0),
+        (lambda t: 12.0, [4.0, 8.0], 12.0),
+        (np.array([12.0]), [4.0, 8.0], 12.0),
+        ([1.0, 5.0], [1.0, 5.0], 6.0),
+        (lambda t: np.array([1.0, 5.0]), [1.0, 5.0], 6.0),
+        (lambda t, X: X[:, 0], [1.0, 3.0], 4.0),
+    ],
+)
+def test_a_number_is_the_total_force_and_an_array_the_force_on_each_node(dots, given, on_each, total):
+    run(dots, [BoundaryDomain(dots, [1, 3], force=(given, None))], steps=1)
+    found = dots[force_density][:, 0] * dots[volume]
+    np.testing.assert_allclose(found, [0.0, on_each[0], 0.0, on_each[1]], rtol=1e-15)
+    assert found.sum() == pytest.approx(total, rel=1e-15)
+
+
+def test_forces_on_each_node_for_all_components_at_once(dots):
+    given = np.array([[1.0, 2.0], [3.0, 4.0]])
+    run(dots, [BoundaryDomain(dots, [1, 3], force=given)], steps=1)
+    np.testing.assert_allclose((dots[force_density] * dots[volume][:, None])[[1, 3]], given, rtol=1e-15)
 
 
 def test_two_loads_on_one_node_add_up(dots):
