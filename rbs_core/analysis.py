@@ -108,6 +108,12 @@ class Analysis:
         for name in names:
             if names.count(name) > 1:
                 raise BadInput(f"two parts are called '{name}': give each its own name")
+        for relation in self.unique:
+            if relation.outdated:
+                raise BadInput(
+                    f"{relation.label} was made for other nodes or bonds than part '{relation.part.name}' has now: "
+                    "make the relation again after discretize and connect"
+                )
         _check_files(self.unique)
         self.plan = plan(self._relations, registry().providers)
         for part, field in self.plan.fields:

@@ -83,6 +83,7 @@ class Relation:
             raise BadInput(f"{type(self).__name__}: when={when!r} must be a trigger such as every(25)")
         self.part = part
         self.when = when
+        self._made_for = part.version
         self._offered: frozenset[Key] = frozenset()
         self._changed: frozenset[Key] | None = None
         self._strict = False
@@ -125,6 +126,13 @@ class Relation:
         return 0
 
     # -- what a subclass uses ---------------------------------------------------------------------------------------
+
+    @property
+    def outdated(self) -> bool:
+        """True if the part got other nodes or bonds since the relation was made, with what it took from them."""
+        nodes, bonds = self._made_for
+        now = self.part.version
+        return (nodes != now[0] and nodes > 0) or (bonds is not None and bonds != now[1])
 
     def keys(self, *words: str) -> list[Key]:
         """What the contract names under some of its words, as pairs (part, field), each once."""

@@ -109,9 +109,6 @@ class BondList(Bonds):
         positions: (n, d) reference positions, m.
         rows: offsets, neighbors, inverse lengths, as the search returns them.
         horizon: m.
-
-    Attributes:
-        removals: how often bonds were taken away.
     """
 
     storage = "list"
@@ -123,7 +120,7 @@ class BondList(Bonds):
         rows: tuple[NDArray[np.int64], NDArray[np.uint32], NDArray[np.float64]],
         horizon: float,
     ) -> None:
-        self.horizon, self.removals = horizon, 0
+        self.horizon = horizon
         self._positions = positions
         self._offsets, self._neighbors, self._inverse = rows
         self.fields = FieldStore(f"part '{owner}'", "bond", len(self._neighbors), positions.shape[1])
@@ -190,7 +187,6 @@ class BondList(Bonds):
             self._offsets = before[self._offsets]
             self._neighbors, self._inverse = self._neighbors[keep], self._inverse[keep]
             self.fields.keep(keep)
-            self.removals += 1
         else:
             self._warn(f"remove({surface!r}) took nothing away: {NO_CROSSING}")
         return gone

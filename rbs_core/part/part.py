@@ -51,7 +51,7 @@ class Part:
         self.thickness: float | None = None
         self.area: float | None = None
         self.grid: Grid | None = None
-        self._version = 0
+        self._made = (0, 0)  # how often nodes and bonds were made
         self._cells: NDArray[np.int64] | None = None
         self._bonds: BondList | None = None
         self._nodes: FieldStore | None = None
@@ -147,7 +147,7 @@ class Part:
         store = FieldStore(f"part '{self.name}'", "node", len(positions), self.dimension)
         store.set(reference_position, positions)
         store.set(volume, self._volumes(volumes, positions))
-        self._version = self.version + 1
+        self._made = (self._made[0] + 1, self._made[1])
         self._nodes, self._bonds = store, None
 
     def _volumes(self, volumes: ArrayLike, positions: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -164,9 +164,9 @@ class Part:
         return checked
 
     @property
-    def version(self) -> int:
-        """A number that changes whenever nodes or bonds are made anew, or bonds are removed."""
-        return self._version + (self._bonds.removals if self._bonds is not None else 0)
+    def version(self) -> tuple[int, int | None]:
+        """Numbers of the present nodes and bonds (None before `connect`): they change when these are made anew."""
+        return self._made[0], self._made[1] if self._bonds is not None else None
 
     @property
     def nodes(self) -> Nodes:
@@ -224,7 +224,7 @@ class Part:
         # somebody may have moved the nodes off the grid since
         if self.grid is not None and np.array_equal(positions, self.grid.points()[self._cells]):
             assert self._cells is not None
-            rows = search.lattice_rows(self._cells, self.grid.shape, self.grid.spacing, float(horizon))
+            rows = search.lattice_rows(positions, self._cells, self.grid.shape, self.grid.spacing, float(horizon))
         else:
             rows = search.cloud_rows(positions, float(horizon))
             together = np.flatnonzero(~np.isfinite(rows[2]))
@@ -235,7 +235,7 @@ class Part:
                     f"{positions[node].tolist()}: remove one"
                 )
         positions.flags.writeable = False  # the bonds hold lengths that were measured here
-        self._version = self.version + 1
+        self._made = (self._made[0], self._made[1] + 1)
         self._bonds = BondList(self.name, positions, rows, float(horizon))
         self._warn_of_lonely_nodes()
         return self

@@ -18,10 +18,13 @@ TOLERANCE = 1e-9
 Rows = tuple[NDArray[np.int64], NDArray[np.uint32], NDArray[np.float64]]
 
 
-def lattice_rows(cells: NDArray[np.int64], shape: tuple[int, ...], spacing: float, horizon: float) -> Rows:
-    """Families of nodes on a regular grid.
+def lattice_rows(
+    points: NDArray[np.float64], cells: NDArray[np.int64], shape: tuple[int, ...], spacing: float, horizon: float
+) -> Rows:
+    """Families of nodes on a regular grid: who belongs to them is decided in whole numbers of cells.
 
     Args:
+        points: (n, d) positions, from which the lengths are taken, rounding and all: rest is rest then.
         cells: (n,) ascending linear cell indices (x fastest) of the nodes.
         shape: cells per axis.
         spacing: of the grid, m.
@@ -37,18 +40,16 @@ def lattice_rows(cells: NDArray[np.int64], shape: tuple[int, ...], spacing: floa
     squared = dx * dx + dy * dy + dz * dz
     near = (squared > 0) & (squared <= (horizon / spacing * (1 + TOLERANCE)) ** 2)
     steps = np.stack([dx[near], dy[near], dz[near]], axis=1)
-    inverse = 1.0 / (spacing * np.sqrt(squared[near]))
     nx, ny, nz = (*shape, 1, 1)[:3]
     node_of = np.full(nx * ny * nz, -1, np.int64)
     node_of[cells] = np.arange(len(cells))
-    return _count_then_fill(len(cells), _lattice_pass, (cells, node_of, nx, ny, nz, steps, inverse))
+    return _count_then_fill(len(cells), _lattice_pass, (_padded(points), cells, node_of, nx, ny, nz, steps))
 
 
 def cloud_rows(points: NDArray[np.float64], horizon: float) -> Rows:
     """Families of any cloud of points (n, d); returns as `lattice_rows`."""
     n = len(points)
-    padded = np.zeros((n, 3))
-    padded[:, : points.shape[1]] = points
+    padded = _padded(points)
     low = padded.min(axis=0)
     extent = padded.max(axis=0) - low
     # cells as wide as the horizon, but never so many that the table outgrows the points
@@ -64,6 +65,13 @@ def cloud_rows(points: NDArray[np.float64], horizon: float) -> Rows:
     return _count_then_fill(n, _cloud_pass, (padded, place, shape, order, starts, limit))
 
 
+def _padded(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points (n, 3), with zeros for the dimensions that a part does not have."""
+    padded = np.zeros((len(points), 3))
+    padded[:, : points.shape[1]] = points
+    return padded
+
+
 def _count_then_fill(nodes: int, search: Any, arguments: tuple[Any, ...]) -> Rows:
     """Two calls of a pass: one that counts, one that fills rows of just the right size."""
     offsets = np.zeros(nodes + 1, np.int64)
@@ -75,9 +83,13 @@ def _count_then_fill(nodes: int, search: Any, arguments: tuple[Any, ...]) -> Row
 
 
 @njit(inline="always")
-def _lattice_row(
-    cell: int, node_of: Any, nx: int, ny: int, nz: int, steps: Any, inverse: Any, row: Any, lengths: Any, fill: bool
-) -> int:
+def _inverse_length(points: Any, i: int, j: int) -> float:
+    dx, dy, dz = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+    return 1.0 / math.sqrt(dx * dx + dy * dy + dz * dz)
+
+
+@njit(inline="always")
+def _lattice_row(cell: int, node_of: Any, nx: int, ny: int, nz: int, steps: Any, row: Any, fill: bool) -> int:
     """Finds the neighbors of a cell; writes them if asked to. Returns how many there are."""
     x, y, z = cell % nx, (cell // nx) % ny, cell // (nx * ny)
     found = 0
@@ -88,22 +100,23 @@ def _lattice_row(
             if j >= 0:
                 if fill:
                     row[found] = j
-                    lengths[found] = inverse[k]
                 found += 1
     return found
 
 
 @njit(parallel=True, cache=True)
 def _lattice_pass(
-    cells: Any, node_of: Any, nx: int, ny: int, nz: int, steps: Any, inverse: Any, offsets: Any, rows: Any, lengths: Any
+    points: Any, cells: Any, node_of: Any, nx: int, ny: int, nz: int, steps: Any, offsets: Any, rows: Any, lengths: Any
 ) -> None:
     """Counts into offsets[1:] while there is no room for neighbors, fills the rows otherwise."""
     fill = rows.size > 0
     for i in prange(cells.size):
         begin, end = (offsets[i], offsets[i + 1]) if fill else (0, 0)
-        found = _lattice_row(cells[i], node_of, nx, ny, nz, steps, inverse, rows[begin:end], lengths[begin:end], fill)
+        found = _lattice_row(cells[i], node_of, nx, ny, nz, steps, rows[begin:end], fill)
         if not fill:
             offsets[i + 1] = found
+        for q in range(begin, end):
+            lengths[q] = _inverse_length(points, i, rows[q])
 
 
 @njit(inline="always")
@@ -142,7 +155,4 @@ def _cloud_pass(
             continue
         row.sort()
         for q in range(row.size):
-            j = row[q]
-            dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
-            dz = points[j, 2] - points[i, 2]
-            lengths[begin + q] = 1.0 / math.sqrt(dx * dx + dy * dy + dz * dz)
+            lengths[begin + q] = _inverse_length(points, i, row[q])

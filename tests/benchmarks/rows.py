@@ -32,7 +32,7 @@ def scene(dimension: int, n: int) -> dict[str, float]:
     begin = time.perf_counter()
     part.connect(3.015 * SPACING)
     first = time.perf_counter() - begin
-    rows = (part._cells, part.grid.shape, SPACING, 3.015 * SPACING)
+    rows = (part.positions, part._cells, part.grid.shape, SPACING, 3.015 * SPACING)
     again = 0.0
     if dimension == 2 or n <= 50:
         begin = time.perf_counter()

@@ -176,3 +176,19 @@ def test_a_field_of_another_part_is_named_as_a_pair():
     assert (there[b] == -2.0).all()
     with pytest.raises(UndeclaredField):
         pull[a]
+
+
+def test_a_relation_of_other_nodes_or_bonds_is_refused():
+    """Constants and node lists were taken from the part as it was."""
+    part = line(horizon=1.0)
+    toy = Toy(part)
+    part.connect(2.0)
+    assert toy.outdated
+    with pytest.raises(BadInput, match=r"Toy 'line' was made for other nodes or bonds .*: make the relation again"):
+        Analysis([toy]).prepare()
+    part = line()
+    early = Toy(part)
+    part.connect(1.0)
+    assert not early.outdated  # it took nothing from bonds
+    part.discretize(0.5)
+    assert early.outdated
