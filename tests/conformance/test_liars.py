@@ -152,11 +152,29 @@ class Weightless(PairwiseForce):
     example = None
 
 
+wear = rbs.Field("wear", "node", "scalar", "1", "w", "How much a node has suffered.")
+
+
+def lopsided(stretch, c, wear_i):
+    """Looks at one end of the bond only."""
+    return c * stretch * (1.0 - 0.5 * wear_i)
+
+
+class Lopsided(PairwiseForce):
+    """Pulls its two nodes with different forces, where they are worn differently."""
+
+    @staticmethod
+    def example(part):
+        part[wear] = np.linspace(0.0, 1.0, len(part))
+        return {"law": lopsided, "c": 1e18}
+
+
 LIES = [
     (Strained, suite.check_rest, 1, "force at rest"),
     (Strained, suite.check_rest, 2, "force at rest"),
     (Growing, suite.check_momentum, 1, "total force"),
     (Growing, suite.check_momentum, 3, "total force"),
+    (Lopsided, suite.check_momentum, 2, "total force"),
     (Handed, suite.check_angular_momentum, 2, "total torque"),
     (Linearized, suite.check_angular_momentum, 3, "total torque"),
     (Foundation, suite.check_rigid_motion, 1, "force of a translation"),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import rbs_core as rbs
-from rbs_core.testing import isolated_registry, make, partners
+from rbs_core.testing import furnish, isolated_registry, make, partners
 from rbs_plugins import BondBased, StrainEnergy
 from rbs_plugins import testing as suite
 from rbs_plugins.fields import volume
@@ -59,3 +59,18 @@ def test_body_has_what_the_checks_need(dimension, cloud):
     turn = suite.rotation(dimension)
     np.testing.assert_allclose(turn @ turn.T, np.eye(dimension), atol=1e-15)
     assert np.linalg.det(turn) == pytest.approx(1.0, abs=1e-14)
+
+
+def test_unknown_scalars_of_nodes_differ_from_node_to_node():
+    """Equal values would hide a law that looks at one end of a bond only."""
+    part = rbs.Part("bar", rbs.Box(size=4.0)).discretize(1.0)
+    wear = rbs.Field("wear", "node", "scalar", "1", "w", "How much a node has suffered.")
+
+    class Reader(rbs.Measure):
+        """Looks."""
+
+        reads = (wear,)
+
+    furnish([Reader(part)])
+    assert len(set(part[wear])) == 4
+    assert abs(part[wear] - 1).max() <= 0.1
