@@ -155,7 +155,7 @@ class Weightless(PairwiseForce):
 wear = rbs.Field("wear", "node", "scalar", "1", "w", "How much a node has suffered.")
 
 
-def lopsided(stretch, c, wear_i):
+def worn_here(stretch, c, wear_i):
     """Looks at one end of the bond only."""
     return c * stretch * (1.0 - 0.5 * wear_i)
 
@@ -166,7 +166,7 @@ class Lopsided(PairwiseForce):
     @staticmethod
     def example(part):
         part[wear] = np.linspace(0.0, 1.0, len(part))
-        return {"law": lopsided, "c": 1e18}
+        return {"law": worn_here, "c": 1e18}
 
 
 LIES = [
