@@ -1,8 +1,8 @@
 """Bonds of a part: one interface, and the list representation (compressed rows) behind it.
 
 Every bond is stored from both ends (directed), so each node owns its row: loops need no atomics and the order of every
-sum is fixed. A second representation for regular grids can stand behind the same interface; code outside the bond
-loops speaks only to `Bonds`.
+sum is fixed. A second representation for regular grids can stand behind the same interface `Bonds`; what walks along
+rows (the loops, damage, the fingerprint of a checkpoint) asks for them by `as_rows`.
 """
 
 from __future__ import annotations
@@ -54,6 +54,15 @@ class Bonds(ABC):
     @abstractmethod
     def as_rows(self) -> tuple[NDArray[np.int64], NDArray[np.uint32]]:
         """Offsets (n+1,) and neighbors (m,) as compressed rows."""
+
+    @property
+    @abstractmethod
+    def fields(self) -> FieldStore:
+        """The arrays of bond fields."""
+
+    @abstractmethod
+    def between(self, geometry: Geometry) -> NDArray[np.bool_]:
+        """(m,) True for bonds whose two ends lie in a geometry."""
 
     @abstractmethod
     def cut(self, surface: Crossing) -> int:
@@ -123,7 +132,7 @@ class BondList(Bonds):
         self.horizon = horizon
         self._positions = positions
         self._offsets, self._neighbors, self._inverse = rows
-        self.fields = FieldStore(f"part '{owner}'", "bond", len(self._neighbors), positions.shape[1])
+        self._fields = FieldStore(f"part '{owner}'", "bond", len(self._neighbors), positions.shape[1])
 
     def __len__(self) -> int:
         return len(self._neighbors)
@@ -136,6 +145,10 @@ class BondList(Bonds):
     def __repr__(self) -> str:
         nodes = len(self._offsets) - 1
         return f"<{len(self)} directed bonds of {nodes} nodes, horizon {self.horizon:g} m, stored as list>"
+
+    @property
+    def fields(self) -> FieldStore:
+        return self._fields
 
     def family(self, node: int) -> slice:
         return slice(int(self._offsets[node]), int(self._offsets[node + 1]))
