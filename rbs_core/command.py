@@ -25,11 +25,10 @@ from rbs_core.checkpoint import Checkpoint
 from rbs_core.errors import BadInput, RBSError
 from rbs_core.files import writable_folder, written_whole
 from rbs_core.plugins import registry
-from rbs_core.relation import Relation
+from rbs_core.relation import WORDS, Relation
 from rbs_core.report import Report
 
 INTERRUPTED = 130
-WORDS = ("reads", "writes", "updates", "adds", "offers")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -22,9 +22,7 @@ from rbs_core.errors import BadInput
 from rbs_core.fields import Field
 from rbs_core.part import Part
 from rbs_core.plugins import Registry, use_registry
-from rbs_core.relation import Measure, Relation
-
-WORDS = ("reads", "writes", "updates", "adds", "offers")
+from rbs_core.relation import WORDS, Measure, Relation
 
 
 @contextmanager

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rbs_core import BadInput, Field, Measure, Part, Trigger, always
 from rbs_core.trigger import Clock
@@ -42,6 +43,18 @@ class KineticEnergy(Measure):
         self[kinetic_energy][...] = 0.5 * self._partial.sum()
 
 
+class _Integral:
+    """Sum of a density over the volumes of the nodes, the same for any number of threads."""
+
+    def __init__(self, values: NDArray[np.float64], volumes: NDArray[np.float64]) -> None:
+        self._arrays = (values, volumes, chunks(len(values)))
+        loops.compile_loop(sum_products, self._arrays, [])
+
+    def __call__(self) -> float:
+        loops.run(sum_products, len(self._arrays[0]), *self._arrays)
+        return float(self._arrays[-1].sum())
+
+
 class StrainEnergy(Measure):
     """U = Σ W V, W the energy in the intact bonds, half for either end.
 
@@ -74,9 +87,7 @@ class StrainEnergy(Measure):
         return tuple(dict.fromkeys([volume, *fields]))
 
     def attach(self) -> None:
-        self._partial = chunks(len(self.part))
-        self._arrays = (self[strain_energy_density], self[volume], self._partial)
-        loops.compile_loop(sum_products, self._arrays, [])
+        self._total = _Integral(self[strain_energy_density], self[volume])
 
     def begin(self, clock: Clock) -> None:
         for force in self._forces:
@@ -87,8 +98,7 @@ class StrainEnergy(Measure):
         out[...] = 0.0
         for force in self._forces:
             force.energy(out)
-        loops.run(sum_products, len(self.part), *self._arrays)
-        self[strain_energy][...] = self._partial.sum()
+        self[strain_energy][...] = self._total()
 
     def items(self) -> int:
         return len(self.part.bonds) * len(self._forces)
@@ -102,10 +112,7 @@ class FractureDissipation(Measure):
     writes = (fracture_dissipation,)
 
     def attach(self) -> None:
-        self._partial = chunks(len(self.part))
-        self._arrays = (self[dissipation_density], self[volume], self._partial)
-        loops.compile_loop(sum_products, self._arrays, [])
+        self._total = _Integral(self[dissipation_density], self[volume])
 
     def apply(self, clock: Clock) -> None:
-        loops.run(sum_products, len(self.part), *self._arrays)
-        self[fracture_dissipation][...] = np.sum(self._partial)
+        self[fracture_dissipation][...] = self._total()

@@ -121,4 +121,4 @@ class PictureExporter(FrameExporter):
         """Pixels per node, so that the nodes of a grid just touch."""
         extent = max(float(np.ptp(points, axis=0).max()), 1e-300)
         spacing = self.part.spacing or extent / max(len(points), 1) ** (1 / self.part.dimension)
-        return float(np.clip(1.0 * min(self.size) * spacing / extent, 1.0, 60.0))
+        return float(np.clip(min(self.size) * spacing / extent, 1.0, 60.0))
