@@ -19,6 +19,7 @@ from rbs_core.part import Part
 from rbs_core.plugins import registry
 from rbs_core.relation import Relation
 from rbs_core.report import Progress, Report, Row, log
+from rbs_core.schedule import Call, schedule
 from rbs_core.stability import UNKNOWN_STEP, largest_stable_step
 from rbs_core.trigger import Clock
 
@@ -116,8 +117,10 @@ class Analysis:
                 )
         _check_files(self.unique)
         self.plan = plan(self._relations, registry().providers)
+        for relation in self.unique:
+            relation.choose_storage()
         for part, field in self.plan.fields:
-            part.store(field.at).allocate(field)
+            part.raw(field)
         for relation in self.unique:
             offered = self.plan.offered.intersection(relation.keys("offers"))
             relation.join(frozenset(offered), frozenset(self.plan.changed), debug, self.unique)
@@ -185,8 +188,10 @@ class Analysis:
         if resume is not None:
             checkpoint.load(resume, self, dt)
         self.clock.dt, self.clock.last_step = dt, last
-        rows = [Row(relation.label) for relation in self._relations]
+        calls = schedule(self._relations, self.plan.clear, batches=not debug)
+        rows = [Row(call.label) for call in calls]
         report = self.report = Report(rows, nbytes=sum(part.nbytes for part in self.parts))
+        report.storages = {part.name: part.bonds.storage for part in self.parts if part.connected}
         report.prepare_seconds = time.perf_counter() - begin
         hooks = registry().manager.hook
         first = self.clock.step
@@ -201,7 +206,7 @@ class Analysis:
             begin = time.perf_counter()
             with Interrupt() as interrupt, Progress(self.title, first, last, progress) as bar:
                 while self.clock.step < last and not interrupt.asked:
-                    self._step(rows, watch)
+                    self._step(calls, rows, watch)
                     bar.show(self.clock.step, last)
                 if interrupt.asked:
                     report.stopped = "interrupted"
@@ -243,38 +248,38 @@ class Analysis:
                 chosen.append((position, relation))
                 needed.update(relation.keys("reads"))
         for part, field in summed & needed:
-            part.store(field.at).get(field)[...] = 0
+            part.raw(field)[...] = 0
         for position, relation in reversed(chosen):
-            self._apply(position, relation, watch)
+            self._apply(Call(position, [relation]), watch)
 
-    def _step(self, rows: list[Row], watch: Watch | None) -> None:
+    def _step(self, calls: list[Call], rows: list[Row], watch: Watch | None) -> None:
         clock = self.clock
         clock.advance()
-        for position, relation in enumerate(self._relations):
-            for part, field in self.plan.clear.get(position, ()):
-                part.store(field.at).get(field)[...] = 0
-            if not relation.when(clock):
+        for call, row in zip(calls, rows, strict=True):
+            for part, field in call.clear:
+                part.raw(field).fill(0)
+            if not call.due(clock):
                 continue
             start = time.perf_counter()
-            self._apply(position, relation, watch)
-            row = rows[position]
+            self._apply(call, watch)
             row.seconds += time.perf_counter() - start
             row.calls += 1
-            row.items += relation.items()
+            row.items += call.items()
+            row.visited += call.visited()
 
-    def _apply(self, position: int, relation: Relation, watch: Watch | None = None) -> None:
-        clock = self.clock
+    def _apply(self, call: Call, watch: Watch | None = None) -> None:
+        clock, relation = self.clock, call.relations[0]
         try:
             if watch is not None:
                 watch.before(relation)
             if relation.role == "exporter":
                 check_finite(relation.keys("reads"))
             with nullcontext() if watch is None else blamed(relation):
-                relation.apply(clock)
+                call.apply(clock)
             if watch is not None:
                 watch.after(relation)
         except (NotFinite, DishonestRelation) as error:
-            where = f"step {clock.step} (time {clock.time:.6g} s), relation {position} ({relation.label})"
+            where = f"step {clock.step} (time {clock.time:.6g} s), relation {call.position} ({call.label})"
             raise type(error)(f"{where}: {error}") from None
 
     def _wanted_dt(self, dt: float | None, resume: str | Path | None) -> float | None:
@@ -316,7 +321,7 @@ class Analysis:
     def _save_now(self) -> None:
         for position, relation in enumerate(self._relations):
             if isinstance(relation, checkpoint.Checkpoint):
-                self._apply(position, relation)
+                self._apply(Call(position, [relation]))
 
     def __repr__(self) -> str:
         lines = [f"<Analysis, {len(self._relations)} relations, step {self.clock.step}>"]

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbs_core.errors import BadCheckpoint, BadInput
+from rbs_core.fields import intact
 from rbs_core.files import writable_folder, written_whole
 from rbs_core.geometry import Everywhere
 from rbs_core.honesty import check_finite
@@ -85,7 +86,7 @@ def save(path: Path, analysis: Analysis) -> None:
     """Writes a checkpoint: to a temporary name first, then renamed, so that a crash leaves the old one whole."""
     arrays: dict[str, Any] = {}
     for part, field in analysis.plan.carried:
-        arrays[f"field/{part.name}/{field.name}"] = part[field]
+        arrays[f"field/{part.name}/{field.name}"] = part.raw(field)
     states: dict[str, Any] = {}
     for key, relation in _keyed(analysis):
         state = relation.state()
@@ -127,7 +128,7 @@ def load(path: str | Path, analysis: Analysis, dt: float) -> bool:
     difference = _difference(meta["fingerprint"], fingerprint(analysis, dt))
     wanted = {f"field/{part.name}/{field.name}": (part, field) for part, field in analysis.plan.carried}
     found = {name: array.shape for name, array in arrays.items() if name.startswith("field/")}
-    missed = found.items() ^ {(name, part[field].shape) for name, (part, field) in wanted.items()}
+    missed = found.items() ^ {(name, part.raw(field).shape) for name, (part, field) in wanted.items()}
     if difference is None and missed:
         difference = f"carried fields {sorted({name for name, _ in missed})}"
     if difference is not None:
@@ -136,7 +137,7 @@ def load(path: str | Path, analysis: Analysis, dt: float) -> bool:
             "made it"
         )
     for name, (part, field) in wanted.items():
-        part[field][...] = arrays[name]
+        part.raw(field)[...] = arrays[name]
     for key, relation in _keyed(analysis):
         if key in meta["states"]:
             prefix = f"state/{key}/"
@@ -191,9 +192,9 @@ def fingerprint(analysis: Analysis, dt: float) -> dict[str, str]:
     for part in analysis.parts:
         if not part.fields:
             continue
-        print_[f"nodes of '{part.name}'"] = str(len(part))
+        print_[f"nodes of '{part.name}'"] = f"{len(part)} in {part.precision} precision"
         if part.connected:
-            print_[f"bonds of '{part.name}'"] = _digest(*part.bonds.as_rows())
+            print_[f"bonds of '{part.name}'"] = f"{part.bonds.storage} {_digest(*part.bonds.stored.arrays())}"
     physics = _physics(analysis)
     for number, relation in enumerate(physics):
         parameters = ", ".join(f"{name}={_describe(value)}" for name, value in relation.identity().items())
@@ -221,9 +222,9 @@ def given_values(analysis: Analysis) -> dict[str, str]:
     for part in analysis.parts:
         for field in sorted(part.fields, key=lambda f: f.name):
             if field in part.store(field.at).given:
-                print_[f"field '{field.name}' of '{part.name}'"] = _digest(part[field])
+                print_[f"field '{field.name}' of '{part.name}'"] = _digest(part.raw(field))
         if part.connected and part.bonds.has_broken:
-            print_[f"broken bonds of '{part.name}'"] = _digest(part.bonds.intact)
+            print_[f"broken bonds of '{part.name}'"] = _digest(part.bonds.fields.raw(intact))
     return print_
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 from rbs_core.errors import FieldClash, MissingField
 from rbs_core.fields import KERNEL_FIELDS, Field
-from rbs_core.relation import Key, Relation
+from rbs_core.relation import WORDS, Key, Relation
 from rbs_core.trigger import always
 
 Providers = Callable[[Field], Iterable[str]]
@@ -66,26 +66,44 @@ def plan(relations: Sequence[Relation], providers: Providers = lambda _: ()) -> 
         MissingField: if a field is read that neither the script nor a relation provides.
     """
     made = Plan()
-    read = {key for relation in relations for key in relation.keys("reads")}
-    made.offered = {key for relation in relations for key in relation.keys("offers")} & read
-    for relation in relations:
-        changes = _changes(relation, made.offered)
-        made.fields = list(dict.fromkeys([*made.fields, *relation.keys("reads"), *changes]))
+    named = [_Named(i, relation) for i, relation in enumerate(relations)]
+    read = {key for each in named for key in each.reads}
+    made.offered = {key for each in named for key in each.offers} & read
+    fields: dict[Key, None] = {}
+    for each in named:
+        changes = [*each.writes, *each.updates, *each.adds, *(key for key in each.offers if key in made.offered)]
+        fields.update(dict.fromkeys([*each.reads, *changes]))
         made.changed |= set(changes)
+    made.fields = list(fields)
     _check_names(made.fields)
-    _check_gaps(relations, made, providers)
-    _check_adders(relations)
-    _check_writers(relations, made)
-    for position, relation in enumerate(relations):
-        for key in relation.keys("adds"):
-            if not any(key in cleared for cleared in made.clear.values()):
-                made.clear.setdefault(position, []).append(key)
-    made.carried = _carried(relations, made)
+    _check_gaps(named, made, providers)
+    touching: dict[Key, list[_Named]] = {key: [] for key in made.fields}
+    for each in named:
+        for key in each.all:
+            if key in touching:
+                touching[key].append(each)
+    for key, those in touching.items():
+        _check_adders(key, those)
+        _check_writers(key, those)
+        adders = [each for each in those if key in each.adds]
+        if adders:
+            made.clear.setdefault(adders[0].position, []).append(key)
+    made.carried = [key for key, those in touching.items() if key in made.changed and _is_carried(key, those, made)]
     return made
 
 
-def _changes(relation: Relation, offered: set[Key]) -> list[Key]:
-    return [*relation.keys("writes", "updates", "adds"), *(key for key in relation.keys("offers") if key in offered)]
+class _Named:
+    """A relation at its position, with what its contract names, looked up once."""
+
+    def __init__(self, position: int, relation: Relation) -> None:
+        self.position, self.relation = position, relation
+        self.reads, self.writes, self.updates, self.adds, self.offers = (
+            dict.fromkeys(relation.keys(word)) for word in WORDS
+        )
+        self.all = {**self.reads, **self.writes, **self.updates, **self.adds, **self.offers}
+
+    def __str__(self) -> str:
+        return f"{self.position} ({self.relation.label})"
 
 
 def _check_names(keys: list[Key]) -> None:
@@ -96,72 +114,68 @@ def _check_names(keys: list[Key]) -> None:
             raise FieldClash(f"part '{part.name}': {other!r} and {each!r} share a name and differ: rename one of them")
 
 
-def _check_gaps(relations: Sequence[Relation], made: Plan, providers: Providers) -> None:
-    for position, relation in enumerate(relations):
-        for part, each in relation.keys("reads"):
+def _check_gaps(named: Sequence[_Named], made: Plan, providers: Providers) -> None:
+    for one in named:
+        for part, each in one.reads:
             if (part, each) in made.changed or each in KERNEL_FIELDS or each in part.store(each.at):
                 continue
             known = ", ".join(sorted(providers(each)))
             could = f", or add a relation that writes it ({known})" if known else " (no known relation writes it)"
             raise MissingField(
-                f"relation {position} ({relation.label}) reads '{each.name}' of part '{part.name}', and "
-                f"nothing provides it: assign part[{each.name}] = ...{could}"
+                f"relation {one} reads '{each.name}' of part '{part.name}', and nothing provides it: assign "
+                f"part[{each.name}] = ...{could}"
             )
 
 
-def _check_adders(relations: Sequence[Relation]) -> None:
+def _check_adders(key: Key, those: Sequence[_Named]) -> None:
     """Between the first and the last relation that add to a field, nobody may look at the half-made sum."""
-    sums = dict.fromkeys(key for relation in relations for key in relation.keys("adds"))
-    for part, each in sums:
-        places = [i for i, relation in enumerate(relations) if (part, each) in relation.keys("adds")]
-        for i, relation in enumerate(relations):
-            if (part, each) in relation.keys("writes", "updates"):
-                raise FieldClash(
-                    f"relation {i} ({relation.label}) sets '{each.name}' of part '{part.name}', and relation "
-                    f"{places[0]} ({relations[places[0]].label}) adds to it: a field is either set or summed"
-                )
-            if (part, each) in relation.keys("reads") and places[0] < i < places[-1]:
-                raise FieldClash(
-                    f"relation {i} ({relation.label}) reads '{each.name}' of part '{part.name}' between relations "
-                    f"{places[0]} and {places[-1]}, which both add to it, so it would see half of the sum: list the "
-                    "relations that add next to each other"
-                )
+    adders = [one for one in those if key in one.adds]
+    if not adders:
+        return
+    first, last, (part, each) = adders[0], adders[-1], key
+    for one in those:
+        if key in one.writes or key in one.updates:
+            raise FieldClash(
+                f"relation {one} sets '{each.name}' of part '{part.name}', and relation {first} adds to it: a field is "
+                "either set or summed"
+            )
+        if key in one.reads and first.position < one.position < last.position:
+            raise FieldClash(
+                f"relation {one} reads '{each.name}' of part '{part.name}' between relations {first.position} and "
+                f"{last.position}, which both add to it, so it would see half of the sum: list the relations that add "
+                "next to each other"
+            )
 
 
-def _check_writers(relations: Sequence[Relation], made: Plan) -> None:
+def _check_writers(key: Key, those: Sequence[_Named]) -> None:
     """Two relations may both set a field only if somebody looks at it in between."""
-    for part, each in made.changed:
-        previous: int | None = None
-        for i, relation in enumerate(relations):
-            if (part, each) in relation.keys("reads", "updates"):
-                previous = None
-            if (part, each) in relation.keys("writes"):
-                other = None if previous is None else relations[previous]
-                if other is not None and other is not relation and other.when == always == relation.when:
-                    raise FieldClash(
-                        f"relations {previous} ({other.label}) and {i} ({relation.label}) both write '{each.name}' of "
-                        f"part '{part.name}' and nobody reads it in between: the first one works for nothing"
-                    )
-                previous = i
+    previous: _Named | None = None
+    part, each = key
+    for one in those:
+        if key in one.reads or key in one.updates:
+            previous = None
+        if key in one.writes:
+            other = one.relation if previous is None else previous.relation
+            if other is not one.relation and other.when == always == one.relation.when:
+                raise FieldClash(
+                    f"relations {previous} and {one} both write '{each.name}' of part '{part.name}' and nobody reads "
+                    "it in between: the first one works for nothing"
+                )
+            previous = one
 
 
-def _carried(relations: Sequence[Relation], made: Plan) -> list[Key]:
-    """Fields read or updated before anything has set or cleared them in the same step.
+def _is_carried(key: Key, those: Sequence[_Named], made: Plan) -> bool:
+    """True for a field that is read or updated before anything has set or cleared it in the same step.
 
     A setter counts only if it runs in every step, or under the trigger of the reader.
     """
-    carried = []
-    for key in made.fields:
-        if key not in made.changed:
-            continue
-        setters: list[object] = []
-        for position, relation in enumerate(relations):
-            if key in made.clear.get(position, []):
-                setters.append(always)
-            looks = key in relation.keys("reads", "updates") or (key in made.offered and key in relation.keys("offers"))
-            if looks and always not in setters and relation.when not in setters:
-                carried.append(key)
-                break
-            if key in relation.keys("writes"):
-                setters.append(relation.when)
-    return carried
+    setters: list[object] = []
+    for one in those:
+        if key in made.clear.get(one.position, ()):
+            setters.append(always)
+        looks = key in one.reads or key in one.updates or (key in made.offered and key in one.offers)
+        if looks and always not in setters and one.relation.when not in setters:
+            return True
+        if key in one.writes:
+            setters.append(one.relation.when)
+    return False

@@ -29,6 +29,7 @@ class Field:
         doc: one sentence.
         dtype: numpy name of the type of one entry.
         initial: value before anybody has set it.
+        exact: always in double precision, also in parts of single precision.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Field:
     doc: str
     dtype: str = "float64"
     initial: float = 0.0
+    exact: bool = False
 
     def __post_init__(self) -> None:
         if not self.name.isidentifier():
@@ -58,7 +60,9 @@ class Field:
         return f"Field({self.name!r}, at={self.at!r}, shape={self.shape!r}, unit={self.unit!r})"
 
 
-reference_position = Field("reference_position", "node", "vector", "m", "X", "Where the node was at the start.")
+reference_position = Field(
+    "reference_position", "node", "vector", "m", "X", "Where the node was at the start.", exact=True
+)
 volume = Field("volume", "node", "scalar", "m^3", "V", "Volume that the node stands for.")
 intact = Field("intact", "bond", "scalar", "1", "μ", "1 while the bond holds, 0 once broken.", "uint8", 1)
 
@@ -73,10 +77,11 @@ class FieldStore:
         at: the place.
         count: number of entries, None for place "part".
         dimension: 1, 2 or 3.
+        real: type of real numbers, "float64" or "float32", for fields that need not be exact.
     """
 
-    def __init__(self, owner: str, at: str, count: int | None, dimension: int) -> None:
-        self.owner, self.at, self.count, self.dimension = owner, at, count, dimension
+    def __init__(self, owner: str, at: str, count: int | None, dimension: int, real: str = "float64") -> None:
+        self.owner, self.at, self.count, self.dimension, self.real = owner, at, count, dimension, real
         self._arrays: dict[str, tuple[Field, NDArray[Any]]] = {}
         self.given: set[Field] = set()
 
@@ -91,6 +96,10 @@ class FieldStore:
         lead = () if self.count is None else (self.count,)
         return lead + field.entry(self.dimension)
 
+    def dtype(self, field: Field) -> np.dtype[Any]:
+        """Type of the entries of a field here."""
+        return np.dtype(self.real if field.dtype == "float64" and not field.exact else field.dtype)
+
     def allocate(self, field: Field) -> NDArray[Any]:
         """The array of a field, made with its initial value if it was not there.
 
@@ -101,13 +110,17 @@ class FieldStore:
             raise FieldClash(f"{field!r} lives at {field.at}s, not at the {self.at}s of {self.owner}")
         held = self._arrays.get(field.name)
         if held is None:
-            held = (field, np.full(self.shape(field), field.initial, dtype=field.dtype))
+            held = (field, np.full(self.shape(field), field.initial, dtype=self.dtype(field)))
             self._arrays[field.name] = held
         elif held[0] != field:
             raise FieldClash(
                 f"{self.owner} holds {held[0]!r}, and {field!r} has the same name but means something else: rename one"
             )
         return held[1]
+
+    def raw(self, field: Field) -> NDArray[Any]:
+        """What is really held of a field, made if it was not there: the array itself, unless a store packs it."""
+        return self.allocate(field)
 
     def get(self, field: Field) -> NDArray[Any]:
         """The array of a field that is there.
@@ -137,23 +150,28 @@ class FieldStore:
             raise BadInput(
                 f"{self.owner}: '{field.name}' needs shape {self.shape(field)} (or one entry), got {values.shape}"
             ) from None
-        if values.dtype.kind == "f" and not np.isfinite(values).all():
-            index = np.argwhere(~np.isfinite(values))[0]
-            raise BadInput(
-                f"{self.owner}: '{field.name}' would be {values[tuple(index)]} at {self.at} {index.tolist()}: "
-                "give finite numbers"
-            )
+        values = self._finite(field, values)
         array = self.allocate(field)
         if not array.flags.writeable:
             raise BadInput(f"{self.owner}: '{field.name}' is fixed now that the part is connected: set it before")
         array[...] = values
         self.given.add(field)
 
+    def _finite(self, field: Field, values: NDArray[Any]) -> NDArray[Any]:
+        if values.dtype.kind == "f" and not np.isfinite(values).all():
+            index = np.argwhere(~np.isfinite(values))[0]
+            raise BadInput(
+                f"{self.owner}: '{field.name}' would be {values[tuple(index)]} at {self.at} {index.tolist()}: "
+                "give finite numbers"
+            )
+        return values
+
     def _converted(self, field: Field, value: ArrayLike) -> NDArray[Any]:
         """The numbers in the type of the field: refused where that would change them, e.g. half a bond."""
         given = as_real(value, f"{self.owner}: '{field.name}'")
         if np.dtype(field.dtype).kind == "f":
-            return given.astype(field.dtype, copy=False)
+            with np.errstate(over="ignore"):  # infinity is refused later
+                return given.astype(self.dtype(field), copy=False)
         whole = np.isfinite(given)
         with np.errstate(invalid="ignore"):  # what does not fit is refused below
             values = np.where(whole, given, 0).astype(field.dtype)

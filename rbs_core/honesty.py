@@ -26,7 +26,7 @@ def check_finite(keys: Iterable[tuple[Part, Field]]) -> None:
         NotFinite: names the first entry which is not.
     """
     for part, field in keys:
-        array = part.store(field.at).get(field)
+        array = part.raw(field)
         if array.dtype.kind == "f" and not np.isfinite(array).all():
             raise not_finite(part, field.name, array)
 
@@ -71,10 +71,10 @@ class Watch:
     def before(self, relation: Relation) -> None:
         """Fills what the relation will write with NaN and remembers everything else."""
         for part, field in relation.keys("writes"):
-            array = part.store(field.at).get(field)
+            array = part.raw(field)
             if array.dtype.kind in "fiu":
                 array[...] = np.nan if array.dtype.kind == "f" else np.iinfo(array.dtype).max
-        self._before = {(part, field): part[field].copy() for part in self._parts for field in part.fields}
+        self._before = {(p, f): p.raw(f).copy() for p in self._parts for f in p.fields}
 
     def after(self, relation: Relation) -> None:
         """Raises DishonestRelation if a field changed that the contract does not name, or a written one has gaps."""
@@ -82,7 +82,7 @@ class Watch:
         for (part, field), old in self._before.items():
             if (part, field) in allowed:
                 continue
-            if not np.array_equal(part[field], old, equal_nan=old.dtype.kind == "f"):
+            if not np.array_equal(part.raw(field), old, equal_nan=old.dtype.kind == "f"):
                 raise DishonestRelation(
                     f"it changed '{field.name}' of part '{part.name}', which its contract does not name: add the field "
                     f"to updates or adds of {type(relation).__name__}"

@@ -15,7 +15,7 @@ the relation's own is named as a pair (part, field).
 from __future__ import annotations
 
 import inspect
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -46,6 +46,9 @@ class Relation:
     `example` says how to make a typical instance, for the conformance suite: keyword arguments beside the part, or,
     where they depend on the part, a static method that takes a connected part and returns them (None for a part that
     the relation is not made for). Relations among the arguments run in front of this one.
+
+    `storages` names the representations of bonds that a relation with bond fields in its contract can work with. The
+    arrays of a lattice's bond fields cannot be written, so what changes bonds through `self[field]` needs the list.
     """
 
     role: ClassVar[str] = "relation"
@@ -55,6 +58,7 @@ class Relation:
     updates: Fields = ()
     adds: Fields = ()
     offers: Fields = ()
+    storages: tuple[str, ...] = ("list",)
 
     _given_arguments: dict[str, Any]
 
@@ -122,8 +126,24 @@ class Relation:
         return None
 
     def items(self) -> int:
-        """Directed bonds visited in one call, for the table of times; 0 if it has no bonds."""
+        """Directed bonds that one call works for, for the table of times; 0 if it has no bonds."""
         return 0
+
+    def visited(self) -> int:
+        """Those among them that the last call has looked at: all, unless some have nothing to say."""
+        return self.items()
+
+    def batch_key(self) -> Hashable:
+        """Relations with equal keys can be applied by one call of `batch`; None (default) for one that cannot.
+
+        Asked after `attach`. Only relations that act in every step are done together, and only where their contracts do
+        not touch each other.
+        """
+        return None
+
+    def batch(self, relations: Sequence[Relation]) -> Callable[[Clock], None]:
+        """A function that applies all these relations, this one among them."""
+        raise NotImplementedError
 
     # -- what a subclass uses ---------------------------------------------------------------------------------------
 
@@ -150,6 +170,17 @@ class Relation:
         Raises:
             UndeclaredField: if the contract does not name it, or names it as an offer that nobody took.
         """
+        return self._fetch(field, raw=False)
+
+    def raw(self, field: Field | Key) -> NDArray[Any]:
+        """The same, as the store really holds it: for loops over the bonds of a lattice.
+
+        Raises:
+            UndeclaredField: as `self[field]`.
+        """
+        return self._fetch(field, raw=True)
+
+    def _fetch(self, field: Field | Key, raw: bool) -> NDArray[Any]:
         key = field if isinstance(field, tuple) else (self.part, field)
         part, field = key
         changed = {*self.keys("writes", "updates", "adds"), *self._offered}
@@ -158,7 +189,8 @@ class Relation:
                 f"{self.label} fetches '{field.name}', which its contract does not name: add it to reads, writes, "
                 f"updates or adds of {type(self).__name__}"
             )
-        array = part.store(field.at).allocate(field)
+        store = part.store(field.at)
+        array = store.raw(field) if raw else store.allocate(field)
         if self._strict and key not in changed:
             array = array.view()
             array.flags.writeable = False
@@ -195,6 +227,16 @@ class Relation:
     def wants(self, field: Field) -> bool:
         """True if some relation of the scene reads this offer."""
         return (self.part, field) in self._offered
+
+    def choose_storage(self) -> None:
+        """Bonds that the contract names become a list if the relation can work with nothing else.
+
+        Raises:
+            BadInput: if the user wants a lattice there.
+        """
+        for part, field in self.keys(*WORDS):
+            if field.at == "bond" and part.bonds.storage not in self.storages:
+                part.bonds.need_list(self.label)
 
     # -- what the analysis uses -------------------------------------------------------------------------------------
 

@@ -19,6 +19,12 @@ class Row:
     calls: int = 0
     seconds: float = 0.0
     items: int = 0
+    visited: int = 0
+
+    @property
+    def saved(self) -> float:
+        """Share of the directed bonds that did not have to be visited."""
+        return 1.0 - self.visited / self.items if self.items else 0.0
 
     @property
     def rate(self) -> float | None:
@@ -39,6 +45,7 @@ class Report:
         prepare_seconds: wall time of checking, allocating and compiling, s.
         stopped: "finished", "interrupted", or "failed" where the run ended in an error.
         nbytes: memory of all fields and bonds, bytes.
+        storages: how the bonds of each part are stored, by its name.
     """
 
     rows: list[Row] = field(default_factory=list)
@@ -49,20 +56,24 @@ class Report:
     prepare_seconds: float = 0.0
     stopped: str = "finished"
     nbytes: int = 0
+    storages: dict[str, str] = field(default_factory=dict)
 
     def __str__(self) -> str:
         width = max([8, *(len(row.name) for row in self.rows)])
-        lines = [f"   {'relation':<{width}}  {'calls':>7} {'seconds':>9} {'share':>7} {'Mbond/s':>9}"]
+        lines = [f"   {'relation':<{width}}  {'calls':>7} {'seconds':>9} {'share':>7} {'Mbond/s':>9} {'saved':>6}"]
         for number, row in enumerate(self.rows):
             share = row.seconds / self.seconds if self.seconds > 0 else 0.0
             rate = "" if row.rate is None else f"{row.rate:.1f}"
-            lines.append(
-                f"{number:>2} {row.name:<{width}}  {row.calls:>7} {row.seconds:>9.3f} {share:>7.1%} {rate:>9}".rstrip()
-            )
+            saved = f"{row.saved:.0%}" if row.saved else ""
+            cost = f"{row.calls:>7} {row.seconds:>9.3f} {share:>7.1%} {rate:>9} {saved:>6}"
+            lines.append(f"{number:>2} {row.name:<{width}}  {cost}".rstrip())
         lines.append(
             f"{self.steps} steps in {self.seconds:.2f} s (prepared in {self.prepare_seconds:.2f} s), {self.stopped} at "
             f"step {self.step}, time {self.time:.6g} s; fields and bonds hold {self.nbytes / 2**20:.1f} MiB"
         )
+        if self.storages:
+            stored = [f"'{name}' as {storage}" for name, storage in self.storages.items()]
+            lines.append(f"bonds stored: {', '.join(stored[:10])}{', ...' if len(stored) > 10 else ''}")
         return "\n".join(lines)
 
     def as_dict(self) -> dict[str, Any]:
@@ -74,8 +85,10 @@ class Report:
             "prepare_seconds": self.prepare_seconds,
             "stopped": self.stopped,
             "bytes": self.nbytes,
+            "storages": self.storages,
             "relations": [
-                {"name": row.name, "calls": row.calls, "seconds": row.seconds, "bonds": row.items} for row in self.rows
+                {"name": row.name, "calls": row.calls, "seconds": row.seconds, "bonds": row.items, "saved": row.saved}
+                for row in self.rows
             ],
         }
 

@@ -39,9 +39,11 @@ def largest_stable_step(relations: Sequence[Relation]) -> Limit | None:
     Forces on one part stiffen each other, so their bounds of the squared frequency add up node by node.
     """
     limits = []
-    unique = dict.fromkeys(relations)
-    for part in dict.fromkeys(relation.part for relation in unique):
-        bounds = [relation.squared_frequency() for relation in unique if relation.part is part]
+    of_part: dict[Part, list[Relation]] = {}
+    for relation in dict.fromkeys(relations):
+        of_part.setdefault(relation.part, []).append(relation)
+    for part, those in of_part.items():
+        bounds = [relation.squared_frequency() for relation in those]
         known = [bound for bound in bounds if bound is not None]
         total = sum(known[1:], known[0]) if known else np.zeros(1)
         if total.max() > 0:

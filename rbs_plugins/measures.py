@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from rbs_core import BadInput, Field, Measure, Part, Trigger, always
 from rbs_core.trigger import Clock
-from rbs_plugins import loops
 from rbs_plugins.constitutive.bond_based import BondBased
 from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.fields import (
@@ -23,6 +22,8 @@ from rbs_plugins.fields import (
     velocity,
     volume,
 )
+from rbs_plugins.loops import Loop, Text
+from rbs_plugins.loops.loop import CHUNK
 from rbs_plugins.loops.nodes import chunks, sum_motion, sum_products
 
 
@@ -35,11 +36,11 @@ class KineticEnergy(Measure):
 
     def attach(self) -> None:
         self._partial = chunks(len(self.part))
-        self._arrays = (self[density], self[volume], self[velocity], self._partial)
-        loops.compile_loop(sum_motion, self._arrays, [])
+        arrays = {"mass": self[density], "volume": self[volume], "velocity": self[velocity], "partial": self._partial}
+        self._loop = Loop(Text.of(sum_motion), "sum_motion", {**arrays, "chunk": CHUNK}, len(self.part))
 
     def apply(self, clock: Clock) -> None:
-        loops.run(sum_motion, len(self.part), *self._arrays)
+        self._loop()
         self[kinetic_energy][...] = 0.5 * self._partial.sum()
 
 
@@ -47,12 +48,13 @@ class _Integral:
     """Sum of a density over the volumes of the nodes, the same for any number of threads."""
 
     def __init__(self, values: NDArray[np.float64], volumes: NDArray[np.float64]) -> None:
-        self._arrays = (values, volumes, chunks(len(values)))
-        loops.compile_loop(sum_products, self._arrays, [])
+        self._partial = chunks(len(values))
+        arrays = {"a": values, "b": volumes, "partial": self._partial, "chunk": CHUNK}
+        self._loop = Loop(Text.of(sum_products), "sum_products", arrays, len(values))
 
     def __call__(self) -> float:
-        loops.run(sum_products, len(self._arrays[0]), *self._arrays)
-        return float(self._arrays[-1].sum())
+        self._loop()
+        return float(self._partial.sum())
 
 
 class StrainEnergy(Measure):
@@ -65,6 +67,7 @@ class StrainEnergy(Measure):
     """
 
     writes = (strain_energy_density, strain_energy)
+    storages = ("list", "lattice")  # what the forces can
 
     @staticmethod
     def example(part: Part) -> dict[str, Any]:

@@ -14,7 +14,8 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-TOLERANCE = 1e-9
+from rbs_core.part.storage import TOLERANCE
+
 Rows = tuple[NDArray[np.int64], NDArray[np.uint32], NDArray[np.float64]]
 
 

@@ -86,7 +86,13 @@ class Neighborhood:
     def __setitem__(self, field: Field, value: ArrayLike) -> None:
         if field.at != "bond":
             raise BadInput(f"'{field.name}' lives at the {field.at}: assign through that, not through the neighborhood")
-        self.part[field][self.part.bonds.family(self.index)] = value
+        entries, family = self.part[field], self.part.bonds.family(self.index)
+        if entries.flags.writeable:
+            entries[family] = value
+        else:  # a lattice makes arrays of bond fields for the occasion
+            changed = entries.copy()
+            changed[family] = value
+            self.part[field] = changed
 
     def reach(self, walks: int = 2) -> NDArray[np.int64]:
         """Indices of all nodes that up to so many walks from neighbor to neighbor lead to, without this one."""

@@ -66,6 +66,7 @@ class BondBased(PairwiseForce):
         plane: "stress" (default) or "strain", 2-D parts only.
         c: the micromodulus itself, N/m^6.
         partial_volume: "none" or "linear".
+        active: whether nodes that nothing has reached are skipped, see PairwiseForce.
         **parameters: numbers that law and criterion ask for, see PairwiseForce.
 
     Raises:
@@ -88,6 +89,7 @@ class BondBased(PairwiseForce):
         plane: str | None = None,
         c: float | None = None,
         partial_volume: str = "none",
+        active: bool | None = None,
         when: Trigger = always,
         **parameters: float,
     ) -> None:
@@ -108,6 +110,7 @@ class BondBased(PairwiseForce):
             fracture,
             potential=potential,
             partial_volume=partial_volume,
+            active=active,
             when=when,
             c=c,
             **parameters,

@@ -11,7 +11,7 @@ from rbs_core import BadInput, Part
 from rbs_plugins.fields import volume_fraction
 
 
-def linear_band(part: Part) -> NDArray[np.float64]:
+def linear_band(part: Part, lengths: NDArray[np.float64]) -> NDArray[np.float64]:
     """Share of the neighbor's cell within the horizon δ, linear over a band of one spacing Δ.
 
     β = 1 up to δ − Δ/2, 0 from δ + Δ/2 on, straight in between (Madenci & Oterkus 2014, section 7.2: the band is as
@@ -21,11 +21,14 @@ def linear_band(part: Part) -> NDArray[np.float64]:
         raise BadInput(
             f"part '{part.name}' has no spacing, which partial_volume='linear' needs: part.place(..., spacing=...)"
         )
-    band = (part.bonds.horizon + part.spacing / 2 - part.bonds.lengths) / part.spacing
+    band = (part.bonds.horizon + part.spacing / 2 - lengths) / part.spacing
     return np.clip(band, 0.0, 1.0)
 
 
-PARTIAL_VOLUMES: dict[str, Callable[[Part], NDArray[np.float64]] | None] = {"none": None, "linear": linear_band}
+PARTIAL_VOLUMES: dict[str, Callable[[Part, NDArray[np.float64]], NDArray[np.float64]] | None] = {
+    "none": None,
+    "linear": linear_band,
+}
 
 
 def set_partial_volume(part: Part, name: str) -> bool:
@@ -42,8 +45,9 @@ def set_partial_volume(part: Part, name: str) -> bool:
     rule = PARTIAL_VOLUMES[name]
     if rule is None:
         return False
-    fractions = rule(part)
-    if volume_fraction in part and not np.array_equal(part[volume_fraction], fractions):
+    before = part.raw(volume_fraction).copy() if volume_fraction in part else None
+    part.bonds.tabulate(volume_fraction, lambda lengths: rule(part, lengths))
+    if before is not None and not np.array_equal(part.raw(volume_fraction), before):
+        part.raw(volume_fraction)[...] = before
         raise BadInput(f"part '{part.name}' already has other volume fractions: use one rule for all its relations")
-    part[volume_fraction] = fractions
     return True

@@ -9,9 +9,8 @@ import numpy as np
 
 from rbs_core import BadInput, Geometry, Measure, Part
 from rbs_core.trigger import Clock
-from rbs_plugins import loops
 from rbs_plugins.fields import breakable, damage, intact, volume
-from rbs_plugins.loops.nodes import broken_share
+from rbs_plugins.loops.damage import damage_loop
 
 if TYPE_CHECKING:
     from rbs_plugins.constitutive.pairwise import PairwiseForce
@@ -72,10 +71,11 @@ class Criterion:
         """Says which bonds of a part may break; does nothing without `within`."""
         if self.within is None:
             return
-        allowed = part.bonds.between(self.within).astype(np.uint8)
-        if breakable in part and not np.array_equal(part[breakable], allowed):
+        before = part.raw(breakable).copy() if breakable in part else None
+        part.bonds.mark(breakable, self.within)
+        if before is not None and not np.array_equal(part.raw(breakable), before):
+            part.raw(breakable)[...] = before
             raise BadInput(f"part '{part.name}' has two criteria with different regions (within=): use one region")
-        part[breakable] = allowed
 
     def __repr__(self) -> str:
         given = "".join(f", {name}={value!r}" for name, value in self._parameters.items())
@@ -155,13 +155,14 @@ class Damage(Measure):
     example = {}
     reads = (intact, volume)
     writes = (damage,)
+    storages = ("list", "lattice")
 
     def attach(self) -> None:
-        self._arrays = (*self.part.bonds.as_rows(), self[intact], self[volume], self[damage])
-        loops.compile_loop(broken_share, self._arrays, [])
+        stored = self.part.bonds.stored
+        self._loop = damage_loop(stored, self.raw(intact), self[volume], self[damage])
 
     def apply(self, clock: Clock) -> None:
-        loops.run(broken_share, len(self.part.bonds), *self._arrays)
+        self._loop()
 
     def items(self) -> int:
         return len(self.part.bonds)

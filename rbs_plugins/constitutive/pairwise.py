@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rbs_core import BadInput, BadLaw, Constitutive, Field, NotFinite, Part, Trigger, always
+from rbs_core import BadInput, BadLaw, Constitutive, Field, NotFinite, Part, Relation, Trigger, always
 from rbs_core.honesty import not_finite
+from rbs_core.part import Lattice
 from rbs_core.trigger import Clock
-from rbs_plugins import loops
 from rbs_plugins.constitutive.corrections import set_partial_volume
 from rbs_plugins.constitutive.fracture import Criterion
 from rbs_plugins.fields import (
@@ -25,9 +25,11 @@ from rbs_plugins.fields import (
     volume,
     volume_fraction,
 )
-from rbs_plugins.loops.arguments import Argument, fields, resolve
-from rbs_plugins.loops.nodes import add
-from rbs_plugins.loops.pairwise import Recipe, build
+from rbs_plugins.loops import BATCH_BELOW
+from rbs_plugins.loops.arguments import fields, resolve
+from rbs_plugins.loops.lattice import LatticeLoops
+from rbs_plugins.loops.recipe import Recipe
+from rbs_plugins.loops.rows import RowLoops
 
 
 def hardening(stretch, c):
@@ -53,6 +55,8 @@ class PairwiseForce(Constitutive):
         potential: energy w(...) of a bond, J/m^6, with dw/d(length) = law; integrated numerically if not given (8
             panels of 5 Gauss points: exact for smooth laws, off by up to 1e-3 of the energy behind a kink).
         partial_volume: "none", or "linear" for the linear band at the edge of the horizon.
+        active: True skips nodes that nothing has reached yet, which changes no result: for bonds stored as lattice, and
+            laws that are zero at rest; None (default) does so wherever it can be done, False never.
         when: trigger.
         **parameters: numbers that law, criterion and potential ask for.
 
@@ -76,6 +80,7 @@ class PairwiseForce(Constitutive):
         *,
         potential: Callable[..., Any] | None = None,
         partial_volume: str = "none",
+        active: bool | None = None,
         when: Trigger = always,
         **parameters: float,
     ) -> None:
@@ -86,7 +91,9 @@ class PairwiseForce(Constitutive):
             raise BadInput(f"{self.label}: fracture={fracture!r} must be a criterion such as CriticalStretch(0.01)")
         require_bonds(type(self).__name__, part)
         self._law, self._fracture, self._potential = law, fracture, potential
-        self._called = False  # whether `_position` is that of an earlier force
+        self._active = active
+        self._called = False  # whether the loops hold the positions of an earlier force
+        self._now = (0.0, 0.0)  # time and dt of the last force
         self._fraction = set_partial_volume(part, partial_volume)
         limits = {} if fracture is None else fracture.parameters(self)
         for name in limits.keys() & parameters.keys():
@@ -141,6 +148,17 @@ class PairwiseForce(Constitutive):
         return () if self._fracture is None else (dissipation_density,)
 
     @property
+    def storages(self) -> tuple[str, ...]:  # type: ignore[override]
+        """The list always; the lattice unless a law asks for a bond field that differs from bond to bond."""
+        stored = self.part.bonds.stored
+        asked = [a.field for a in (*self._law_arguments, *self._criterion_arguments, *self._potential_arguments)]
+        bonds = [field for field in asked if field is not None and field.at == "bond"]
+        if isinstance(stored, Lattice) and any(stored.fields.raw(field).ndim != 1 for field in bonds):
+            return ("list",)
+        changed = self._changed or ()
+        return ("list",) if any((self.part, field) in changed for field in bonds) else ("list", "lattice")
+
+    @property
     def _zoned(self) -> bool:
         return self._fracture is not None and self._fracture.within is not None
 
@@ -158,6 +176,7 @@ class PairwiseForce(Constitutive):
 
     def attach(self) -> None:
         uniform = self.constant(volume)
+        self._check_record()
         recipe = Recipe(
             dimension=self.part.dimension,
             law=self._law,
@@ -172,54 +191,43 @@ class PairwiseForce(Constitutive):
             uniform=uniform is not None,
             dissipation=self.wants(dissipation_density),
             late=self._fracture is not None and self._fracture.release == "next step",
+            real=self[displacement].dtype.name if self.part.bonds.storage == "lattice" else "float64",
         )
-        self._module, self._signatures = build(recipe)
-        self._inputs = self._gather(recipe, 1.0 if uniform is None else uniform)
-        self._check_record()
-        last = getattr(self, "_position", None)
-        self._position, self._before = self._inputs["y"], self._inputs.get("before")
-        if self._called and last is not None and last.shape == self._position.shape:
-            self._position[...] = last  # a run that goes on in the same process
-        self._reference, self._moved = (loops.flat(self[f]) for f in (reference_position, displacement))
-        loops.compile_loop(add, (loops.flat(self._position), self._reference, self._moved), [])
-        self._arguments = self._prepare("force", self[force_density])
-        self._places = [i for name in ("y", "before") for i, n in enumerate(self._signatures["force"]) if n == name]
-        self._energy_arguments: list[Any] | None = None
+        last = getattr(self, "_loops", None)
+        inputs = self._gather(recipe, 1.0 if uniform is None else uniform)
+        self._loops = self._made_loops(recipe, inputs)
+        if self._called and last is not None and last.position.shape == self._loops.position.shape:
+            self._loops.position[...] = last.position  # a run that goes on in the same process
+
+    def _made_loops(self, recipe: Recipe, inputs: dict[str, Any]) -> RowLoops | LatticeLoops:
+        stored = self.part.bonds.stored
+        why = recipe.why_never_quiet(stored.lengths) if isinstance(stored, Lattice) else "the bonds are stored as list"
+        if self._active and why is not None:
+            raise BadInput(f"{self.label}: active=True skips nodes that nothing has reached, but {why}: leave it out")
+        if isinstance(stored, Lattice):
+            return LatticeLoops(recipe, self.part, inputs, quiet=why is None and self._active is not False)
+        return RowLoops(recipe, self.part, inputs)
 
     def _gather(self, recipe: Recipe, cell: float) -> dict[str, Any]:
         """Values of everything that the loops can ask for, by the name of their parameter."""
-        offsets, neighbors = self.part.bonds.as_rows()
         inputs: dict[str, Any] = {
-            "offsets": offsets,
-            "neighbors": neighbors,
-            "inverse": self.part.bonds.inverse_lengths,
-            "y": np.empty((len(self.part), self.part.dimension)),
+            "displacement": self[displacement],
+            "reference_position": self[reference_position],
+            "out": self[force_density],
             "cell": cell,
-            "time": 0.0,
-            "dt": 0.0,
         }
         flags = ((intact, recipe.intact), (breakable, recipe.breakable), (volume_fraction, recipe.fraction))
-        inputs.update({field.name: self[field] for field, there in flags if there})
+        inputs.update({field.name: self.raw(field) for field, there in flags if there})
         if not recipe.uniform:
             inputs["volume"] = self[volume]
         if recipe.dissipation:
             inputs["dissipation"] = self[dissipation_density]
-            inputs["before"] = np.empty_like(inputs["y"])
-        everything: list[Argument] = [*self._law_arguments, *self._criterion_arguments, *self._potential_arguments]
-        for argument in everything:
+        for argument in recipe.arguments:
             if argument.field is not None:
-                inputs[argument.array] = self[argument.field]
+                inputs[argument.array] = self.raw(argument.field)
             elif argument.kind == "parameter":
                 inputs[f"p_{argument.name}"] = argument.value
         return inputs
-
-    def _prepare(self, name: str, out: NDArray[np.float64]) -> list[Any]:
-        """Compiles a loop; returns its arguments."""
-        arguments = [out if key == "out" else self._inputs[key] for key in self._signatures[name]]
-        functions = [self._law, *([self._fracture.function] if self._fracture else [])]
-        functions += [self._potential] if self._potential else []
-        loops.compile_loop(getattr(self._module, name), tuple(arguments), functions)
-        return arguments
 
     def _check_record(self) -> None:
         """Whether the energy of failing bonds can be recorded at all.
@@ -242,31 +250,43 @@ class PairwiseForce(Constitutive):
         self._called = False
 
     def begin(self, clock: Clock) -> None:
+        self._loops.begin()
         if not self._called:
-            self._move(self._position)
+            self._loops.start()
 
     def state(self) -> dict[str, Any]:
         """The positions of the last force, where the energy of failing bonds is recorded from them."""
-        return {"position": self._position} if self._called and self._before is not None else {}
+        return {"position": self._loops.position} if self._called and self.wants(dissipation_density) else {}
 
     def restore(self, state: dict[str, Any]) -> None:
         if "position" in state:
-            self._position[...] = state["position"]
+            self._loops.position[...] = state["position"]
             self._called = True
-
-    def _move(self, out: NDArray[np.float64]) -> None:
-        loops.run(add, out.size, loops.flat(out), self._reference, self._moved)
 
     def apply(self, clock: Clock) -> None:
         self._called = True
-        if self._before is not None:
-            self._position, self._before = self._before, self._position
-            self._arguments[self._places[0]], self._arguments[self._places[1]] = self._position, self._before
-        self._move(self._position)
-        self._arguments[-2:] = clock.time, clock.dt
-        _, wrong = loops.run(self._module.force, len(self.part.bonds), *self._arguments)
-        if wrong:
+        self._now = (clock.time, clock.dt)
+        if not self._loops.force(*self._now):
             raise self._blame()
+
+    def batch_key(self) -> Hashable:
+        small = len(self.part) < BATCH_BELOW and not self.wants(dissipation_density)
+        return (type(self._loops), self._loops.kind) if small else None
+
+    def batch(self, relations: Sequence[Relation]) -> Callable[[Clock], None]:
+        forces = [each for each in relations if isinstance(each, PairwiseForce)]
+        every: Any = [each._loops for each in forces]
+        merged = self._loops.merged(every)
+
+        def apply(clock: Clock) -> None:
+            for force in forces:
+                force._called, force._now = True, (clock.time, clock.dt)
+                force._loops.visited = len(force.part.bonds)
+            if not merged.force(clock.time, clock.dt):
+                wrong = [each for each in forces if not np.isfinite(each[force_density]).all()]
+                raise (wrong or forces)[0]._blame()
+
+        return apply
 
     def _blame(self) -> NotFinite:
         """Names the field that is not finite: displacement if it is the cause, otherwise the force."""
@@ -281,22 +301,13 @@ class PairwiseForce(Constitutive):
         Raises:
             BadInput: if this relation is not part of the scene.
         """
-        if not hasattr(self, "_module"):
+        if not hasattr(self, "_loops"):
             raise BadInput(f"{self.label} is asked for its energy and is not in the list of relations: list it")
-        self._energy_arguments = self._prepare("energy", out)
-        # positions of its own: those of the force must stay what they were at its last call
-        self._energy_position = np.empty_like(self._position)
-        self._energy_arguments[self._signatures["energy"].index("y")] = self._energy_position
+        self._loops.prepare_energy(out)
 
     def energy(self, out: NDArray[np.float64]) -> None:
         """Adds the strain energy density (J/m^3) of the present displacement to `out` (n,)."""
-        if self._energy_arguments is None:
-            self.compile_energy(out)
-        assert self._energy_arguments is not None
-        self._energy_arguments[self._signatures["energy"].index("out")] = out
-        self._energy_arguments[-2:] = self._arguments[-2:]  # time and dt of the last force
-        self._move(self._energy_position)
-        loops.run(self._module.energy, len(self.part.bonds), *self._energy_arguments)
+        self._loops.energy(out, *self._now)
 
     def squared_frequency(self) -> NDArray[np.float64] | None:
         """Bound of the squared angular frequency at each node, 1/s^2: 2/ρ Σ |df/ds| β V / |ξ| at rest (Gershgorin).
@@ -307,9 +318,11 @@ class PairwiseForce(Constitutive):
         if density not in self.part:
             return None
         out = np.zeros(len(self.part))
-        arguments = self._prepare("stiffness", out)
-        loops.run(self._module.stiffness, len(self.part.bonds), *arguments)
+        self._loops.stiffness(out)
         return 2.0 * out / self.part[density]
 
     def items(self) -> int:
         return len(self.part.bonds)
+
+    def visited(self) -> int:
+        return self._loops.visited

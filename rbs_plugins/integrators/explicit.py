@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, ClassVar
+from collections.abc import Callable, Hashable, Sequence
+from typing import ClassVar
 
 import numpy as np
 
 from rbs_core import BadInput, Boundary, Integrator, Part, Relation, Trigger, always
 from rbs_core.trigger import Clock
-from rbs_plugins import loops
 from rbs_plugins.fields import density, displacement, force_density, velocity
+from rbs_plugins.loops import BATCH_BELOW, Loop, Text, flat
 from rbs_plugins.loops.nodes import add_divided, add_scaled
+
+
+def _adding(out: np.ndarray, a: np.ndarray) -> Loop:
+    """The loop out += factor * a."""
+    return Loop(Text.of(add_scaled), "add_scaled", {"out": flat(out), "a": flat(a), "factor": 1.0}, out.size)
 
 
 class Kick(Integrator):
@@ -42,18 +47,30 @@ class Kick(Integrator):
             raise BadInput(f"{self.label}: the density of node {bad[0]} at {where} is {mass[bad[0]]}, not positive")
         uniform = self.constant(density)
         if uniform is not None:
-            self._loop: Any = add_scaled
             self._scale = self.share / uniform
-            self._arrays = (loops.flat(self[velocity]), loops.flat(self[force_density]))
-            self._divisor: tuple[np.ndarray, ...] = ()
+            self._loop = _adding(self[velocity], self[force_density])
         else:
-            self._loop, self._scale = add_divided, self.share
-            self._arrays = (self[velocity], self[force_density])
-            self._divisor = (mass,)
-        loops.compile_loop(self._loop, (*self._arrays, self._scale, *self._divisor), [])
+            self._scale = self.share
+            v = self[velocity]
+            arrays = {"out": v, "a": self[force_density], "divisor": mass, "factor": 1.0}
+            self._loop = Loop(Text.of(add_divided), "add_divided", arrays, len(mass), v.size)
 
     def apply(self, clock: Clock) -> None:
-        loops.run(self._loop, self._arrays[0].size, *self._arrays, self._scale * clock.dt, *self._divisor)
+        self._loop.set(factor=self._scale * clock.dt)
+        self._loop()
+
+    def batch_key(self) -> Hashable:
+        return ("kick", self._loop.kind) if len(self.part) < BATCH_BELOW else None
+
+    def batch(self, relations: Sequence[Relation]) -> Callable[[Clock], None]:
+        kicks = [each for each in relations if isinstance(each, Kick)]
+        loop, scales = kicks[0]._loop.merged([each._loop for each in kicks[1:]]), np.array([k._scale for k in kicks])
+
+        def apply(clock: Clock) -> None:
+            loop.set(factor=scales * clock.dt)
+            loop()
+
+        return apply
 
 
 class Drift(Integrator):
@@ -64,11 +81,24 @@ class Drift(Integrator):
     updates = (displacement,)
 
     def attach(self) -> None:
-        self._arrays = (loops.flat(self[displacement]), loops.flat(self[velocity]))
-        loops.compile_loop(add_scaled, (*self._arrays, 1.0), [])
+        self._loop = _adding(self[displacement], self[velocity])
 
     def apply(self, clock: Clock) -> None:
-        loops.run(add_scaled, self._arrays[0].size, *self._arrays, clock.dt)
+        self._loop.set(factor=clock.dt)
+        self._loop()
+
+    def batch_key(self) -> Hashable:
+        return ("drift", self._loop.kind) if len(self.part) < BATCH_BELOW else None
+
+    def batch(self, relations: Sequence[Relation]) -> Callable[[Clock], None]:
+        drifts = [each for each in relations if isinstance(each, Drift)]
+        loop = drifts[0]._loop.merged([each._loop for each in drifts[1:]])
+
+        def apply(clock: Clock) -> None:
+            loop.set(factor=clock.dt)
+            loop()
+
+        return apply
 
 
 class VelocityVerlet:

@@ -18,6 +18,7 @@ import numpy as np
 STRICT = "@njit(error_model='numpy', forceinline=True)"
 # Before every name that a law takes from outside: a helper of the user must not replace a function of the loops.
 OWN = "own_"
+DOUBLE = "# in double precision\n"  # before functions that are made for its bits
 NUMBERS = (bool, int, float, np.bool_, np.integer, np.floating)
 
 
@@ -58,11 +59,13 @@ def _returns(body: list[ast.stmt]) -> bool:
     return isinstance(end, ast.Raise | ast.While | ast.For) or (isinstance(end, ast.Return) and end.value is not None)
 
 
-def definitions(functions: dict[str, Any]) -> list[str] | None:
+def definitions(functions: dict[str, Any], *, single: bool = False) -> list[str] | None:
     """Source of functions under new names, preceded by whatever they need.
 
     Args:
         functions: new name -> function.
+        single: write numbers as REAL(number), so that single precision is not widened by them; the module must say
+            what REAL is.
 
     Returns:
         Pieces of source in the order in which they must stand, or None if some piece has no source (typed into an
@@ -72,7 +75,40 @@ def definitions(functions: dict[str, Any]) -> list[str] | None:
     for name, function in functions.items():
         if not _collect(name, plain(function), pieces, set()):
             return None
-    return list(pieces.values())
+    return [_narrowed(text) for text in pieces.values()] if single else list(pieces.values())
+
+
+class _Narrow(ast.NodeTransformer):
+    """Writes numbers as REAL(number), but for whole exponents and indices."""
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
+        node.left = self.visit(node.left)
+        whole = isinstance(node.right, ast.Constant) and isinstance(node.right.value, int)
+        if not (isinstance(node.op, ast.Pow) and whole):
+            node.right = self.visit(node.right)
+        return node
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
+        node.value = self.visit(node.value)
+        return node
+
+    def visit_For(self, node: ast.For) -> ast.AST:
+        node.body = [self.visit(each) for each in node.body]
+        return node
+
+    def visit_Constant(self, node: ast.Constant) -> ast.AST:
+        if isinstance(node.value, bool) or not isinstance(node.value, int | float):
+            return node
+        return ast.Call(ast.Name("REAL", ast.Load()), [node], [])
+
+
+def _narrowed(text: str) -> str:
+    """A piece with its numbers in single precision, unless it says that it needs double."""
+    if text.startswith(DOUBLE):
+        return text
+    head, body = text.split("\n", 1) if text.startswith("@") else ("", text)
+    narrow = ast.unparse(ast.fix_missing_locations(_Narrow().visit(ast.parse(body))))
+    return f"{head}\n{narrow}" if head else narrow
 
 
 def _collect(name: str, function: Any, pieces: dict[str, str], busy: set[int]) -> bool:
@@ -94,7 +130,8 @@ def _collect(name: str, function: Any, pieces: dict[str, str], busy: set[int]) -
     for node in ast.walk(tree):
         if isinstance(node, ast.Name) and node.id in outer & scope.keys():
             node.id = OWN + node.id
-    return _add(name, f"{STRICT}\n{ast.unparse(tree)}", pieces)
+    mark = DOUBLE if function.__module__ == "rbs_plugins.functions" else ""
+    return _add(name, f"{mark}{STRICT}\n{ast.unparse(tree)}", pieces)
 
 
 def _collect_value(name: str, value: Any, pieces: dict[str, str], busy: set[int]) -> bool:

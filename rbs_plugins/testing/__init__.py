@@ -33,7 +33,15 @@ from rbs_plugins.testing.forces import (
     check_threads,
     rotation,
 )
-from rbs_plugins.testing.scenes import SCENES, check_going_on, check_order, check_scene, measured_order, scene_of
+from rbs_plugins.testing.scenes import (
+    SCENES,
+    check_going_on,
+    check_order,
+    check_scene,
+    check_storages,
+    measured_order,
+    scene_of,
+)
 from rbs_plugins.testing.specimen import CLOUDS, FEW, MANY, NotApplicable, RelationClass, Specimen, again, body, ends
 
 
@@ -72,7 +80,7 @@ def cases(what: str | Sequence[RelationClass] | None = None) -> list[Case]:
     for each in classes:
         forces = FORCES if each.role == "constitutive" else {}
         made += [Case(c, each, d, cloud, plugin) for c, dims in forces.items() for d in dims for cloud in CLOUDS]
-        made += [Case(check, each, d, "jittered", plugin) for check in SCENES for d in (1, 2, 3)]
+        made += [Case(c, each, d, cloud, plugin) for c, clouds in SCENES.items() for d in (1, 2, 3) for cloud in clouds]
     return made
 
 
@@ -131,6 +139,7 @@ __all__ = [
     "check_rigid_motion",
     "check_scene",
     "check_stable_step",
+    "check_storages",
     "check_threads",
     "conformance",
     "ends",

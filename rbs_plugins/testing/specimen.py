@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import rbs_core as rbs
+from rbs_core.relation import WORDS
 from rbs_core.testing import furnish, make, partners
 from rbs_plugins.fields import density, displacement, force_density, intact, volume
 from rbs_plugins.measures import StrainEnergy
@@ -26,7 +27,7 @@ from rbs_plugins.measures import StrainEnergy
 Array = NDArray[np.float64]
 RelationClass = type[rbs.Relation]
 
-CLOUDS = ("grid", "jittered")
+CLOUDS = ("grid", "jittered", "lattice", "single")
 SPACING = 1e-3
 CENTER = (0.013, -0.007, 0.021)  # away from the origin: there round-off would be flattered
 RATIO = 3.015
@@ -49,22 +50,27 @@ def body(
 
     Args:
         dimension: 1, 2 or 3.
-        cloud: "grid" for a regular grid with equal volumes, "jittered" for displaced nodes with unequal volumes.
+        cloud: "jittered" for displaced nodes with unequal volumes; for a regular grid with equal volumes "grid", with
+            bonds stored as list, "lattice", stored as that, or "single", as lattice and in single precision.
         shape: nodes per axis.
         notched: whether the longer bonds through the middle plane are broken.
     """
     shape = FEW[dimension] if shape is None else tuple(shape)
     across: dict[str, Any] = {1: {"area": 2e-6}, 2: {"thickness": 2e-3}, 3: {}}[dimension]
     box = rbs.Box(size=[SPACING * n for n in shape], center=CENTER[:dimension])
-    part = rbs.Part("specimen", box if cloud == "grid" else rbs.Everywhere(), dimension=dimension)
-    if cloud == "grid":
+    precision = "single" if cloud == "single" else "double"
+    geometry = rbs.Everywhere() if cloud == "jittered" else box
+    part = rbs.Part("specimen", geometry, dimension=dimension, precision=precision)
+    storage = "list"
+    if cloud != "jittered":
         part.discretize(SPACING, **across)
+        storage = "list" if cloud == "grid" else "lattice"
     else:
         rng = np.random.default_rng(7)
         grid = rbs.Part("grid", box).discretize(SPACING, **across)
         points = grid.positions + rng.uniform(-0.2, 0.2, grid.positions.shape) * SPACING
         part.place(points, grid[volume] * rng.uniform(0.7, 1.3, len(grid)), spacing=SPACING, **across)
-    part.connect(RATIO * SPACING)
+    part.connect(RATIO * SPACING, storage=storage)
     part[density] = np.random.default_rng(8).uniform(1000.0, 2000.0, len(part))
     if notched:
         part.bonds.cut(_notch)
@@ -87,7 +93,7 @@ def again(part: rbs.Part, *, points: Array | None = None, order: NDArray[np.int6
     """
     order = np.arange(len(part)) if order is None else order
     across = {name: getattr(part, name) for name in ("thickness", "area") if getattr(part, name) is not None}
-    copy = rbs.Part(part.name, rbs.Everywhere(), dimension=part.dimension)
+    copy = rbs.Part(part.name, rbs.Everywhere(), dimension=part.dimension, precision=part.precision)
     places = (part.positions if points is None else points)[order]
     copy.place(places, part[volume][order], spacing=part.spacing, **across).connect(part.bonds.horizon)
     copy[density] = part[density][order]
@@ -95,7 +101,7 @@ def again(part: rbs.Part, *, points: Array | None = None, order: NDArray[np.int6
     old = _keys(part, np.arange(len(part)))
     new = _keys(copy, order)
     sorting = np.argsort(old)
-    copy.bonds.intact[...] = part.bonds.intact[sorting][np.searchsorted(old[sorting], new)]
+    copy[intact] = part.bonds.intact[sorting][np.searchsorted(old[sorting], new)]
     return copy
 
 
@@ -111,6 +117,14 @@ def ends(part: rbs.Part) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return np.repeat(np.arange(len(part)), np.diff(offsets)), neighbors.astype(np.int64)
 
 
+def suits(relation: rbs.Relation) -> None:
+    """Raises NotApplicable if a relation cannot work with the bonds of its part as they are stored."""
+    bonds = any(field.at == "bond" for _, field in relation.keys(*WORDS))
+    if bonds and relation.part.bonds.storage not in relation.storages:
+        known = " or ".join(relation.storages)
+        raise NotApplicable(f"{type(relation).__name__} works with bonds stored as {known} only")
+
+
 class Specimen:
     """A part with one relation on it, ready to be asked for forces and energies of any displacement.
 
@@ -124,6 +138,7 @@ class Specimen:
         relation = make(relation_class, part, **arguments)
         if relation is None:
             raise NotApplicable(f"the example of {relation_class.__name__} is not made for {part.dimension}-D parts")
+        suits(relation)
         if force_density not in relation.adds:
             raise NotApplicable(f"{relation_class.__name__} adds no force density")
         self.part, self.relation = part, relation
@@ -138,12 +153,12 @@ class Specimen:
         self._remember()
 
     def _remember(self) -> None:
-        self._start = {(part, field): part[field].copy() for part, field in self._plan.changed}
+        self._start = {(part, field): part.raw(field).copy() for part, field in self._plan.changed}
 
     def _place(self, u: Array) -> None:
         """Back to the start, with another displacement."""
         for (part, field), values in self._start.items():
-            part[field][...] = values
+            part.raw(field)[...] = values
         self.part[displacement][...] = u
 
     def force(self, u: Array) -> Array:
@@ -155,7 +170,7 @@ class Specimen:
             for part, field in self._plan.clear.get(position, ()):
                 part[field][...] = 0
             relation.apply(self._clock)
-        return self.part[force_density].copy()
+        return self.part[force_density].astype(np.float64)
 
     def settle(self, u: Array) -> None:
         """Applies a displacement and makes the state behind it (broken bonds) the start of what follows."""
@@ -183,11 +198,18 @@ class Specimen:
         size = ROUGH
         while intact in self.relation.updates and size > SMALL:
             self.force(self.rough(size))
-            broken = np.count_nonzero(self._start[self.part, intact] != self.part[intact])
+            holding = np.count_nonzero(self.part.bonds.intact)
+            self._place(np.zeros_like(self.part.positions))
+            broken = np.count_nonzero(self.part.bonds.intact) - holding
             if broken < len(self.part.bonds) / 4:
                 break
             size /= 2
         return self.rough(size)
+
+    @property
+    def epsilon(self) -> float:
+        """Rounding of fields, relative."""
+        return float(np.finfo(self.part[displacement].dtype).eps)
 
     @property
     def stiffness(self) -> float:
@@ -196,9 +218,10 @@ class Specimen:
 
     def floor(self, u: Array | float = 0.0) -> float:
         """Largest force density that round-off of the positions can make at a displacement."""
-        return ULPS * EPSILON * float(np.abs(self.part.positions).max() + np.abs(u).max()) * self.stiffness
+        blurred = EPSILON * float(np.abs(self.part.positions).max()) + self.epsilon * float(np.abs(u).max())
+        return ULPS * blurred * self.stiffness
 
     @property
     def blur(self) -> float:
         """Relative error of a sum over a family."""
-        return float(self.part.bonds.counts().max()) ** 1.5 * EPSILON
+        return float(self.part.bonds.counts().max()) ** 1.5 * self.epsilon

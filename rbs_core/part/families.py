@@ -1,0 +1,69 @@
+"""Which representation suits the nodes of a part, and the search that fills it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rbs_core.errors import BadInput
+from rbs_core.part.lattice import Lattice
+from rbs_core.part.rows import Rows
+from rbs_core.part.storage import Storage
+from rbs_core.space import Grid
+
+STORAGES = ("list", "lattice")
+# A lattice also works on the empty cells of its grid; from this share of filled ones on it is faster than a list.
+FILLED = 0.3
+
+
+def families(
+    owner: str,
+    positions: NDArray[np.float64],
+    place: tuple[Grid | None, NDArray[np.int64] | None],
+    horizon: float,
+    storage: str | None,
+    real: str,
+) -> Storage:
+    """The bonds of all nodes to all others within the horizon.
+
+    Args:
+        owner: name of the part, for messages.
+        positions: (n, d), m.
+        place: the grid that the nodes were laid on and their cells in it, None for nodes from elsewhere.
+        horizon: m.
+        storage: "list", "lattice", or None for what suits the nodes.
+        real: type of bond fields of real numbers.
+
+    Raises:
+        BadInput: on an unknown storage, a lattice for nodes that are not on a grid, or two nodes at one place.
+    """
+    if storage not in (*STORAGES, None):
+        raise BadInput(f"part '{owner}': storage={storage!r} must be one of {', '.join(STORAGES)} or None")
+    grid, cells = place
+    # somebody may have moved the nodes off the grid since
+    if grid is None or cells is None or not np.array_equal(positions, grid.points()[cells]):
+        if storage == "lattice":
+            raise BadInput(
+                f"part '{owner}': its nodes are not those of a regular grid, which storage='lattice' needs: use "
+                "part.discretize, or storage='list'"
+            )
+        return _of_cloud(owner, positions, horizon, real)
+    if storage == "lattice" or (storage is None and len(cells) >= FILLED * len(grid)):
+        return Lattice(owner, positions, cells, grid.shape, grid.spacing, horizon, real)
+    from rbs_core.part import search  # numba is loaded when first needed, not by the import of the package
+
+    return Rows(owner, positions, search.lattice_rows(positions, cells, grid.shape, grid.spacing, horizon), real)
+
+
+def _of_cloud(owner: str, positions: NDArray[np.float64], horizon: float, real: str) -> Rows:
+    from rbs_core.part import search
+
+    rows = search.cloud_rows(positions, horizon)
+    together = np.flatnonzero(~np.isfinite(rows[2]))
+    if len(together):
+        node = int(np.searchsorted(rows[0], together[0], side="right")) - 1
+        raise BadInput(
+            f"part '{owner}': nodes {node} and {rows[1][together[0]]} are at the same place "
+            f"{positions[node].tolist()}: remove one"
+        )
+    return Rows(owner, positions, rows, real)

@@ -1,0 +1,122 @@
+"""In which calls a step is done: one for each relation, or one for many that do the same on small parts.
+
+Relations whose contracts do not touch each other may trade places: kicks of two parts, for instance. So a list that
+goes part by part can be done kind by kind, and a thousand small parts cost one call instead of a thousand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from rbs_core.relation import Key, Relation
+from rbs_core.trigger import Clock, always
+
+
+@dataclass
+class Call:
+    """One call of a step.
+
+    Attributes:
+        position: of the first relation in the list.
+        relations: one, or those that are done together.
+        clear: fields that are set to zero before.
+        together: does the work of several relations; None for one.
+    """
+
+    position: int
+    relations: list[Relation]
+    clear: list[Key] = field(default_factory=list)
+    together: Callable[[Clock], None] | None = None
+
+    @property
+    def label(self) -> str:
+        """Name in reports."""
+        first = self.relations[0]
+        return first.label if self.together is None else f"{type(first).__name__}, {len(self.relations)} parts"
+
+    def due(self, clock: Clock) -> bool:
+        """True if the call is to be made in this step."""
+        return self.together is not None or self.relations[0].when(clock)
+
+    def apply(self, clock: Clock) -> None:
+        """Does the work."""
+        if self.together is not None:
+            self.together(clock)
+        else:
+            self.relations[0].apply(clock)
+
+    def items(self) -> int:
+        """Directed bonds that the call works for."""
+        return sum(relation.items() for relation in self.relations)
+
+    def visited(self) -> int:
+        """Those that it has looked at."""
+        return sum(relation.visited() for relation in self.relations)
+
+
+def schedule(relations: Sequence[Relation], clear: Mapping[int, Sequence[Key]], *, batches: bool = True) -> list[Call]:
+    """The calls of a step, to be asked for once all relations are attached.
+
+    Args:
+        relations: in the order of the scene.
+        clear: fields to be cleared before the relation at a position.
+        batches: whether relations may be done together.
+    """
+    calls = [Call(position, [relation], list(clear.get(position, ()))) for position, relation in enumerate(relations)]
+    keys = [relation.batch_key() if batches and relation.when == always else None for relation in relations]
+    shared = [key for key in keys if key is not None]
+    if len(set(shared)) == len(shared):
+        return calls
+    groups: dict[Hashable, list[Call]] = {}
+    for call, key, level in zip(calls, keys, _levels(relations), strict=True):
+        groups.setdefault((level, call.position if key is None else key), []).append(call)
+    if all(len(group) == 1 for group in groups.values()):
+        return calls
+    ordered = sorted(groups.items(), key=lambda item: (item[0][0], item[1][0].position))  # type: ignore[index]
+    return [_merged(group) for _, group in ordered]
+
+
+def _merged(group: list[Call]) -> Call:
+    first = group[0]
+    if len(group) == 1:
+        return first
+    members = [call.relations[0] for call in group]
+    cleared = [key for call in group for key in call.clear]
+    return Call(first.position, members, cleared, members[0].batch(members))
+
+
+def _levels(relations: Sequence[Relation]) -> Iterator[int]:
+    """How many relations in front of each must be done before it, one after another.
+
+    A relation waits for those that change what it touches, those that look at what it changes, and those that it was
+    given. Whatever writes files stays where it is.
+    """
+    changed: dict[Any, int] = {}
+    looked: dict[Any, int] = {}
+    floor = top = 0
+    for relation in relations:
+        writes = [*relation.keys("writes", "updates", "adds", "offers"), relation]
+        reads = [*relation.keys("reads"), *_given(relation.parameters.values())]
+        waits = [changed.get(key, 0) for key in (*reads, *writes)] + [looked.get(key, 0) for key in writes]
+        level = max([floor, *waits])
+        if relation.role in ("exporter", "checkpoint"):
+            level = floor = max(top, level)
+        for key in reads:
+            looked[key] = max(looked.get(key, 0), level + 1)
+        for key in writes:
+            changed[key] = level + 1
+        top = max(top, level + 1)
+        if relation.role in ("exporter", "checkpoint"):
+            floor = top
+        yield level
+
+
+def _given(values: Any) -> Iterator[Relation]:
+    """The relations among arguments."""
+    for value in values:
+        if isinstance(value, Relation):
+            yield value
+        elif isinstance(value, list | tuple):
+            yield from _given(value)

@@ -1,0 +1,44 @@
+"""Loops for the broken share of families, over rows and over a lattice."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rbs_core.part import Lattice
+from rbs_core.part.storage import Storage
+from rbs_plugins.loops import cells
+from rbs_plugins.loops.lattice import Cells
+from rbs_plugins.loops.loop import Loop, Text
+from rbs_plugins.loops.rows import row_ranges
+
+
+def broken_share_of_rows(begin, end, thread, offsets, neighbors, intact, volume, out):
+    """Damage: out = 1 - sum of the intact neighbor volumes over the sum of all."""
+    for i in range(begin, end):
+        total, left = 0.0, 0.0
+        for q in range(offsets[i], offsets[i + 1]):
+            size = volume[neighbors[q]]
+            total += size
+            left += size if intact[q] != 0 else 0.0
+        out[i] = 1.0 - left / total if total > 0 else 0.0
+    return 0
+
+
+def damage_loop(stored: Storage, intact: NDArray[Any], volume: NDArray[Any], out: NDArray[Any]) -> Loop:
+    """The loop that writes damage (n,), for bonds as they are stored; intact as the store holds it."""
+    arguments: dict[str, Any] = {"out": out}
+    if isinstance(stored, Lattice):
+        held = Cells(stored)
+        arguments |= {
+            **held.tables,
+            "present": stored.present,
+            "bits": intact,
+            "volume": held.padded(volume, np.float64),
+        }
+        return Loop(Text.of(cells.broken_share), "broken_share", arguments, held.ranges, len(stored))
+    offsets, neighbors = stored.as_rows()
+    arguments |= {"offsets": offsets, "neighbors": neighbors, "intact": intact, "volume": volume}
+    return Loop(Text.of(broken_share_of_rows), "broken_share_of_rows", arguments, row_ranges(len(out)), len(stored))

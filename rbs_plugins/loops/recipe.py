@@ -1,0 +1,277 @@
+"""What decides the text of bond loops, and what the texts for all representations of bonds have in common.
+
+On a bond, ξ is the reference bond, y the current positions, d = y_j - y_i:
+    length = |d|,  stretch = length / |ξ| - 1,  force density_i += law * β * V_j * d / length      (Silling 2000)
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rbs_plugins.loops.arguments import Argument
+from rbs_plugins.loops.loop import Text
+from rbs_plugins.loops.source import STRICT, compilable, definitions, plain
+
+# Nodes and weights of Gauss-Legendre with 5 points on [0, 1], for potentials that nobody has given.
+_GAUSS = ((0.04691007703066802, 0.11846344252809454), (0.23076534494715845, 0.23931433524968324),
+          (0.5, 0.28444444444444444), (0.7692346550528415, 0.23931433524968324),
+          (0.9530899229693319, 0.11846344252809454))  # fmt: skip
+_PANELS = 8
+SLOPE_STEP = 1e-6
+
+
+def kinematic_values(stretch: float, length: float) -> dict[str, float]:
+    """What a law may ask about the deformation of a bond of some reference length."""
+    deformed = (1.0 + stretch) * length
+    return {"stretch": stretch, "extension": stretch * length, "length": deformed, "reference_length": length}
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """Everything that decides the text of the loops.
+
+    Attributes:
+        dimension: 1, 2 or 3.
+        law, criterion, potential: plain functions; the last two may be None.
+        law_arguments, criterion_arguments, potential_arguments: resolved, in the order of the functions.
+        intact: whether bonds may be broken.
+        breakable: whether some bonds may not break.
+        fraction: whether neighbors count with a volume fraction.
+        uniform: whether all volumes are equal.
+        dissipation: whether the energy of breaking bonds is recorded.
+        late: whether a failing bond carries its force for the rest of the step.
+        real: type in which a lattice computes, "float64" or "float32"; rows always compute in double precision.
+    """
+
+    dimension: int
+    law: Callable[..., Any]
+    law_arguments: tuple[Argument, ...]
+    criterion: Callable[..., Any] | None = None
+    criterion_arguments: tuple[Argument, ...] = ()
+    potential: Callable[..., Any] | None = None
+    potential_arguments: tuple[Argument, ...] = ()
+    intact: bool = False
+    breakable: bool = False
+    fraction: bool = False
+    uniform: bool = True
+    dissipation: bool = False
+    late: bool = False
+    real: str = "float64"
+
+    @property
+    def bare(self) -> Recipe:
+        """The same without the values of parameters: recipes that are equal then have the same text."""
+
+        def without(arguments: tuple[Argument, ...]) -> tuple[Argument, ...]:
+            return tuple(replace(argument, value=None) for argument in arguments)
+
+        return replace(
+            self,
+            law_arguments=without(self.law_arguments),
+            criterion_arguments=without(self.criterion_arguments),
+            potential_arguments=without(self.potential_arguments),
+        )
+
+    @property
+    def laws(self) -> dict[str, Callable[..., Any]]:
+        """The functions that there are, by the names that the loops call them by."""
+        every = {"law": self.law, "criterion": self.criterion, "potential": self.potential}
+        return {name: function for name, function in every.items() if function is not None}
+
+    @property
+    def arguments(self) -> tuple[Argument, ...]:
+        """Arguments of all functions."""
+        return (*self.law_arguments, *self.criterion_arguments, *self.potential_arguments)
+
+    @property
+    def of_force(self) -> tuple[Argument, ...]:
+        """Arguments of the functions that a force needs."""
+        return (*self.law_arguments, *self.criterion_arguments, *(self.potential_arguments if self.dissipation else ()))
+
+    @property
+    def of_energy(self) -> tuple[Argument, ...]:
+        """Arguments of the functions that an energy needs."""
+        return (*self.law_arguments, *self.potential_arguments)
+
+    def slopes(self, lengths: NDArray[np.float64]) -> NDArray[np.float64] | None:
+        """|d law / d stretch| at rest of bonds of these lengths, the steeper side of a kink, without compiling.
+
+        None for a law that asks for more than the deformation of its bond and parameters.
+        """
+        if any(argument.kind not in ("kinematic", "parameter") for argument in self.law_arguments):
+            return None
+        found = {}
+        for length in np.unique(lengths).tolist():
+            low, middle, high = (self.force_at(stretch, length) for stretch in (-SLOPE_STEP, 0.0, SLOPE_STEP))
+            found[length] = max(abs(high - middle), abs(middle - low)) / SLOPE_STEP
+        return np.array([found[length] for length in lengths.tolist()])
+
+    def why_never_quiet(self, lengths: NDArray[np.float64]) -> str | None:
+        """Why a bond of one of these lengths may feel something or fail at rest; None if it cannot."""
+        functions = {"law": (self.law, self.law_arguments, 0.0)}
+        if self.criterion is not None:
+            functions["criterion"] = (self.criterion, self.criterion_arguments, False)
+        for name, (function, arguments, still) in functions.items():
+            if any(argument.kind not in ("kinematic", "parameter") for argument in arguments):
+                return f"its {name} depends on more than the bond's own deformation"
+            for length in np.unique(lengths).tolist():
+                at_rest = kinematic_values(0.0, length)
+                answer = plain(function)(*(at_rest.get(a.name, a.value) for a in arguments))
+                if answer != still:
+                    return f"its {name} is {answer} at rest"
+        return None
+
+    def force_at(self, stretch: float, length: float) -> float:
+        """The law for a bond of some reference length, in plain Python."""
+        values = kinematic_values(stretch, length)
+        return float(plain(self.law)(*(values.get(a.name, a.value) for a in self.law_arguments)))
+
+    def text(self, *loops: str) -> Text:
+        """Laws and loops as one module."""
+        pieces = definitions(self.laws, single=self.real == "float32")
+        names = None if pieces is not None else {name: _strict(function) for name, function in self.laws.items()}
+        parts = [
+            f"from numba import {self.real} as REAL",
+            *(pieces or []),
+            *([_quadrature(self)] if self.potential is None else []),
+            *loops,
+        ]
+        return Text("\n\n".join(parts) + "\n", names, tuple(self.laws.values()))
+
+
+def _strict(function: Any) -> Any:
+    from numba import njit
+
+    return njit(error_model="numpy", forceinline=True)(compilable(function))
+
+
+class Body(ABC):
+    """Pieces of the text of one loop; subclasses say how a representation spells what belongs to a bond.
+
+    Attributes:
+        recipe: of the loop.
+        used: arguments of the functions in it.
+    """
+
+    size = "reference_length"  # |ξ| of a bond
+    inverse = ""  # 1 / |ξ|
+
+    def __init__(self, recipe: Recipe, used: tuple[Argument, ...]) -> None:
+        self.recipe, self.used = recipe, used
+
+    @abstractmethod
+    def value(self, argument: Argument) -> str:
+        """Source of the value of an argument that is a bond field or a node field."""
+
+    @property
+    @abstractmethod
+    def weight(self) -> str:
+        """Volume factor of the neighbor inside the sum, " * ..." or nothing."""
+
+    @property
+    def after(self) -> str:
+        """Volume factor behind the sum."""
+        return " * cell" if self.recipe.uniform else ""
+
+    @property
+    def axes(self) -> range:
+        """The components."""
+        return range(self.recipe.dimension)
+
+    def each(self, pattern: str, between: str = ", ") -> str:
+        """The pattern once per component, {k} its number."""
+        return between.join(pattern.format(k=k) for k in self.axes)
+
+    @property
+    def numbers(self) -> list[str]:
+        """Parameters of the loop that are numbers."""
+        given = dict.fromkeys(f"p_{a.name}" for a in self.used if a.kind == "parameter")
+        return [*given, "cell", "time", "dt"]
+
+    def call(self, name: str, arguments: tuple[Argument, ...], **replaced: str) -> str:
+        """Source of a call of a law."""
+        return f"{name}({', '.join(replaced.get(a.name) or self._value(a) for a in arguments)})"
+
+    def _value(self, argument: Argument) -> str:
+        if argument.kind == "parameter":
+            return f"p_{argument.name}"
+        return self.value(argument) if argument.field is not None else argument.name
+
+    def potential(self, **replaced: str) -> str:
+        """Source of the energy of a bond."""
+        r = self.recipe
+        if r.potential is not None:
+            return self.call("potential", r.potential_arguments, **replaced)
+        passed = [self._value(a) for a in r.law_arguments if a.kind != "kinematic"]
+        return f"potential({', '.join([replaced.get('stretch', 'stretch'), self.size, *passed])})"
+
+    @property
+    def fails(self) -> str:
+        """Source of the question whether a bond fails, if it holds."""
+        assert self.recipe.criterion is not None
+        return f"fails({self.call('criterion', self.recipe.criterion_arguments)})"
+
+    def record(self) -> list[str]:
+        """Energy that goes into a bond that fails now, so that the energy balance of velocity Verlet closes.
+
+        In that scheme a step takes half of the force of its start and half of that of its end. If the bond carries
+        nothing at the end, it has taken its potential at the positions before and half of the work of the force of
+        then. If it still carries its force (late), it has taken its potential now and will take half of the work of its
+        force in the step to come, in which it is taken to lengthen as much as in this one.
+
+        The text expects d and length of now, o, stretch_old and length_old of before, and adds to `lost`.
+        """
+        late = self.recipe.late
+        old = {"stretch": "stretch_old", "length": "length_old", "extension": "stretch_old * reference_length"}
+        at, along, size = ({}, "d", "length") if late else (old, "o", "length_old")
+        path = self.each(along + "{k} * (d{k} - o{k})", " + ")
+        work = f"work = 0.5 * {self.call('law', self.recipe.law_arguments, **at)} * ({path}) / {size}"
+        return [work, f"lost += 0.5 * ({self.potential(**at)} + work){self.weight}"]
+
+    def slope(self) -> list[str]:
+        """Adds |d law / d stretch| / |ξ| β V at rest to `total`; of a kink the steeper side."""
+        rest = {"length": "(1.0 + {0}) * reference_length", "stretch": "{0}", "extension": "{0} * reference_length"}
+
+        def law_at(stretch: str) -> str:
+            swapped = {name: formula.format(stretch) for name, formula in rest.items()}
+            return self.call("law", self.recipe.law_arguments, **swapped)
+
+        return [f"middle = {law_at('0.0')}", f"up = abs({law_at(f'{SLOPE_STEP}')} - middle)",
+                f"down = abs(middle - {law_at(f'-{SLOPE_STEP}')})",
+                f"total += max(up, down) * {self.inverse}{self.weight}"]  # fmt: skip
+
+
+def indented(lines: list[str], by: int = 1) -> list[str]:
+    """Lines moved to the right."""
+    return ["    " * by + line for line in lines]
+
+
+def strict(name: str, parameters: str, *lines: str) -> str:
+    """A small function that is inlined and not reordered."""
+    return "\n".join([STRICT, f"def {name}({parameters}):", *indented(list(lines))])
+
+
+FAILS = strict("fails", "answer", "return answer != 0")
+
+
+def _quadrature(r: Recipe) -> str:
+    """Potential = |ξ| ∫ law d(stretch) from 0 to the stretch, by Gauss-Legendre on panels."""
+    fixed = [f"a_{a.name}" for a in r.law_arguments if a.kind != "kinematic"]
+    names = {"stretch": "x", "length": "(1.0 + x) * size", "extension": "x * size", "reference_length": "size"}
+    values = [names[a.name] if a.kind == "kinematic" else f"a_{a.name}" for a in r.law_arguments]
+    terms = [
+        line
+        for point, weight in _GAUSS
+        for line in (
+            f"    x = stretch * (panel + {point}) / {_PANELS}",
+            f"    total += {weight} * law({', '.join(values)})",
+        )
+    ]
+    return strict("potential", ", ".join(["stretch", "size", *fixed]), "total = 0.0", f"for panel in range({_PANELS}):",
+                  *terms, f"return total * stretch * size / {_PANELS}")  # fmt: skip

@@ -1,0 +1,233 @@
+"""Bond loops over compressed rows: one row of neighbors per node.
+
+The hot loop of the force is what LLVM vectorises: no branch, no store, unsigned neighbor indices, the law inlined. It
+counts failing bonds only; a row with any is done again by the cold loop behind it, which breaks them. Kinematics, law
+and criterion are compiled strictly (no reordering), so both ends of a bond get the same stretch to the bit and break
+together; only the sums over a row may be reordered. A row is always summed in the same way, whatever the threads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rbs_core.part import Part, Rows
+from rbs_plugins.loops.arguments import Argument
+from rbs_plugins.loops.loop import Loop, Text
+from rbs_plugins.loops.nodes import add
+from rbs_plugins.loops.recipe import FAILS, SLOPE_STEP, Body, Recipe, indented, strict
+
+# Sums may be reordered (they vectorise then); NaN and infinity keep their meaning.
+SUMS = "@njit(error_model='numpy', fastmath={'reassoc', 'contract', 'nsz'})"
+ROWS = 256  # in a range
+
+
+class _Body(Body):
+    inverse = "row_inverse[q]"
+    size = "1.0 / row_inverse[q]"
+
+    def value(self, argument: Argument) -> str:
+        if argument.kind == "bond":
+            return f"row_{argument.array}[q]"
+        return f"here_{argument.array}" if argument.name.endswith("_i") else f"{argument.array}[j]"
+
+    @property
+    def weight(self) -> str:
+        return (" * row_volume_fraction[q]" if self.recipe.fraction else "") + (
+            "" if self.recipe.uniform else " * volume[j]"
+        )
+
+    def function(self, name: str, *body: str) -> str:
+        """The whole function: a loop over nodes with the given body."""
+        r = self.recipe
+        flags = (("intact", r.intact), ("breakable", r.breakable), ("volume_fraction", r.fraction),
+                 ("volume", not r.uniform), ("before", r.dissipation), ("dissipation", r.dissipation))  # fmt: skip
+        arrays = dict.fromkeys(a.array for a in self.used if a.field is not None)
+        flagged = [flag for flag, there in flags if there]
+        names = ["offsets", "neighbors", "inverse", "y", "out", *flagged, *arrays, *self.numbers]
+        loop = ["wrong = 0", "for i in range(begin, end):", *indented([*self.head(), *body]), "return wrong"]
+        return "\n".join([SUMS, f"def {name}(begin, end, thread, {', '.join(names)}):", *indented(loop)])
+
+    def head(self) -> list[str]:
+        """Slices of the row and values at the node."""
+        r = self.recipe
+        rows = ["neighbors", "inverse", *(["intact"] if r.intact else []), *(["breakable"] if r.breakable else []),
+                *(["volume_fraction"] if r.fraction else [])]  # fmt: skip
+        rows += [a.array for a in self.used if a.kind == "bond" and a.array not in rows]
+        lines = ["first, last = offsets[i], offsets[i + 1]"]
+        lines += [f"row_{name} = {name}[first:last]" for name in dict.fromkeys(rows)]
+        lines += [f"y{k} = y[i, {k}]" for k in self.axes]
+        ends = dict.fromkeys(a.array for a in self.used if a.kind == "node" and a.name.endswith("_i"))
+        return lines + [f"here_{name} = {name}[i]" for name in ends]
+
+    def bond(self) -> list[str]:
+        """Kinematics of bond q of the row."""
+        lines = ["j = row_neighbors[q]",
+                 f"{self.each('d{k}')}, length = kinematics({self.each('y{k}')}, {self.each('y[j, {k}]')})",
+                 "stretch = stretch_of(length, row_inverse[q])"]  # fmt: skip
+        wanted = {a.name for a in self.used}
+        if wanted & {"reference_length", "extension"}:
+            lines.append("reference_length = 1.0 / row_inverse[q]")
+        if "extension" in wanted:
+            lines.append("extension = length - reference_length")
+        return lines
+
+
+def _force(r: Recipe) -> str:
+    body = _Body(r, r.of_force)
+    zero = [f"f{k} = 0.0" for k in body.axes]
+    pull = f"pull = {body.call('law', r.law_arguments)}{body.weight} / length"
+    sums = [f"f{k} += pull * d{k}" for k in body.axes]
+    loop = [*body.bond(), *(["holds = row_intact[q] != 0"] if r.intact else [])]
+    keep = ["pull = pull if holds else 0.0"] if r.intact else []
+    count, cold = [], []
+    if r.criterion is not None:
+        fails = body.fails + (" & (row_breakable[q] != 0)" if r.breakable else "")
+        count = [f"failing += holds & {fails}"]
+        old = f"{body.each('before[i, {k}]')}, {body.each('before[j, {k}]')}"
+        record = [
+            f"{body.each('o{k}')}, length_old = kinematics({old})",
+            "stretch_old = stretch_of(length_old, row_inverse[q])",
+            "reference_length = 1.0 / row_inverse[q]",
+            *body.record(),
+        ]
+        breaking = ["row_intact[q] = 0", *([] if r.late else ["holds = False"]), *(record if r.dissipation else [])]
+        again = [*loop, f"if holds & {fails}:", *indented(breaking), pull, *keep, *sums]
+        cold = ["if failing > 0:", *indented([
+            *zero, *(["lost = 0.0"] if r.dissipation else []), "for q in range(row_neighbors.size):", *indented(again),
+            *([f"dissipation[i] += lost{body.after}"] if r.dissipation else [])])]  # fmt: skip
+    return body.function(
+        "force", *zero, *(["failing = 0"] if count else []), "for q in range(row_neighbors.size):",
+        *indented([*loop, *count, pull, *keep, *sums]), *cold,
+        *(f"out[i, {k}] += f{k}{body.after}" for k in body.axes),
+        f"if not ({body.each('isfinite(f{k})', ' and ')}):", "    wrong += 1",
+    )  # fmt: skip
+
+
+def _energy(r: Recipe) -> str:
+    body = _Body(r, r.of_energy)
+    lines = [*body.bond(), f"held = 0.5 * {body.potential()}{body.weight}",
+             *(["held = held if row_intact[q] != 0 else 0.0"] if r.intact else []), "total += held"]  # fmt: skip
+    return body.function("energy", "total = 0.0", "for q in range(row_neighbors.size):", *indented(lines),
+                         f"out[i] += total{body.after}")  # fmt: skip
+
+
+def _stiffness(r: Recipe) -> str:
+    """Sum of |d law / d stretch| / |ξ| β V over the family at rest."""
+    body = _Body(r, r.law_arguments)
+    lines = ["j = row_neighbors[q]", "reference_length = 1.0 / row_inverse[q]", *body.slope()]
+    return body.function("stiffness", "total = 0.0", "for q in range(row_neighbors.size):", *indented(lines),
+                         f"out[i] += total / {SLOPE_STEP}{body.after}")  # fmt: skip
+
+
+def _kinematics(dimension: int) -> list[str]:
+    body = _Body(Recipe(dimension, abs, ()), ())
+    return [
+        strict("kinematics", f"{body.each('a{k}')}, {body.each('b{k}')}", *(f"d{k} = b{k} - a{k}" for k in body.axes),
+               f"return {body.each('d{k}')}, sqrt({body.each('d{k} * d{k}', ' + ')})"),
+        strict("stretch_of", "length, inverse", "return length * inverse - 1.0"), FAILS]  # fmt: skip
+
+
+@cache
+def _text(name: str, recipe: Recipe) -> Text:
+    """The module of one of the loops above."""
+    make = {"force": _force, "energy": _energy, "stiffness": _stiffness}[name]
+    return recipe.text(*_kinematics(recipe.dimension), make(recipe))
+
+
+def row_ranges(nodes: int) -> NDArray[np.int64]:
+    """(k, 2) ranges of rows."""
+    begins = np.arange(0, nodes, ROWS)
+    return np.stack([begins, np.minimum(begins + ROWS, nodes)], axis=1)
+
+
+class RowLoops:
+    """The loops of one force over bonds held as rows.
+
+    Args:
+        recipe: what is computed.
+        part: whose bonds.
+        inputs: arrays and numbers by the names that the loops know them by; displacement and reference position as
+            "displacement" and "reference_position", the force density as "out".
+
+    Attributes:
+        position: of the nodes at the last force.
+        visited: directed bonds that the last force has visited.
+    """
+
+    def __init__(self, recipe: Recipe, part: Part, inputs: dict[str, Any]) -> None:
+        stored = part.bonds.stored
+        assert isinstance(stored, Rows)
+        offsets, neighbors = stored.as_rows()
+        self._recipe, self._count = recipe, len(stored)
+        self.visited = len(stored)
+        self._ranges = row_ranges(len(part))
+        self.position = np.empty((len(part), part.dimension))
+        before = {"before": np.empty_like(self.position)} if recipe.dissipation else {}
+        rows = {"offsets": offsets, "neighbors": neighbors, "inverse": stored.inverse, "y": self.position}
+        self._inputs = {**inputs, **rows, **before, "time": 0.0, "dt": 0.0}
+        self._move = self._mover(self.position)
+        self._force = self._loop("force")
+        self._energy: Loop | None = None
+
+    def _loop(self, name: str, **other: NDArray[Any]) -> Loop:
+        return Loop(_text(name, self._recipe.bare), name, {**self._inputs, **other}, self._ranges, self._count)
+
+    def _mover(self, target: NDArray[np.float64]) -> Loop:
+        moved, start = (self._inputs[name].reshape(-1) for name in ("displacement", "reference_position"))
+        return Loop(Text.of(add), "add", {"out": target.reshape(-1), "a": start, "b": moved}, moved.size)
+
+    def begin(self) -> None:
+        """Called when a run begins; rows need nothing."""
+
+    def start(self) -> None:
+        """Takes the present positions for those of the last force."""
+        self._move()
+
+    def force(self, time: float, dt: float) -> bool:
+        """Adds the force density of the present displacement to "out"; False if it is not finite."""
+        if "before" in self._inputs:
+            self.position, old = self._inputs["before"], self.position
+            self._inputs.update(y=self.position, before=old)
+            self._force.set(y=self.position, before=old)
+            self._move.set(out=self.position.reshape(-1))
+        self._move()
+        self._force.set(time=time, dt=dt)
+        return not self._force().any()
+
+    def prepare_energy(self, out: NDArray[Any]) -> None:
+        """Compiles the loop for energies."""
+        # positions of its own: those of the force must stay what they were at its last call
+        target = np.empty_like(self.position)
+        self._energy_move = self._mover(target)
+        self._energy = self._loop("energy", y=target, out=out)
+
+    def energy(self, out: NDArray[Any], time: float, dt: float) -> None:
+        """Adds the strain energy density (n,) of the present displacement."""
+        if self._energy is None:
+            self.prepare_energy(out)
+        assert self._energy is not None
+        self._energy.set(out=out, time=time, dt=dt)
+        self._energy_move()
+        self._energy()
+
+    def stiffness(self, out: NDArray[np.float64]) -> None:
+        """Adds Σ |d law / d stretch| β V / |ξ| at rest, (n,)."""
+        self._loop("stiffness", out=out)()
+
+    @property
+    def kind(self) -> Hashable:
+        """Loops of the same kind can be merged."""
+        return self._move.kind, self._force.kind
+
+    def merged(self, every: Sequence[RowLoops]) -> RowLoops:
+        """The loops of several forces in one; without record of dissipation."""
+        result = object.__new__(RowLoops)
+        result._inputs, result._count = {}, sum(each._count for each in every)
+        result._move = every[0]._move.merged([each._move for each in every[1:]])
+        result._force = every[0]._force.merged([each._force for each in every[1:]])
+        return result
