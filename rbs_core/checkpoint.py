@@ -192,7 +192,7 @@ def fingerprint(analysis: Analysis, dt: float) -> dict[str, str]:
     for part in analysis.parts:
         if not part.fields:
             continue
-        print_[f"nodes of '{part.name}'"] = f"{len(part)} in {part.precision} precision"
+        print_[f"nodes of '{part.name}'"] = f"{len(part)}{' in single precision' if part.precision == 'single' else ''}"
         if part.connected:
             print_[f"bonds of '{part.name}'"] = f"{part.bonds.storage} {_digest(*part.bonds.stored.arrays())}"
     physics = _physics(analysis)

@@ -137,7 +137,7 @@ class LatticeLoops:
 
     def _number(self, name: str, value: float) -> Any:
         limits = np.finfo(self._real)
-        if not (value == 0 or limits.tiny <= abs(value) <= limits.max / 1e3):
+        if not (value == 0 or float(limits.tiny) <= abs(value) <= float(limits.max) / 1e3):
             raise BadInput(
                 f"part '{self._name}' has single precision, in which {name.removeprefix('p_')} = {value:g} cannot be "
                 "computed with: make it with precision='double'"

@@ -21,7 +21,7 @@ def check_run(out: Path, file: Path, stdout: str) -> None:
     """What a run of the bar with n=10 leaves behind and prints."""
     table, rest = stdout.split("\n20 steps in ")
     header, *rows = table.splitlines()
-    assert header.split() == ["relation", "calls", "seconds", "share", "Mbond/s"]
+    assert header.split() == ["relation", "calls", "seconds", "share", "Mbond/s", "saved"]
     assert [re.split(r"\s{2,}", row.strip())[0] for row in rows] == [
         "0 Kick 'bar'",
         "1 BoundaryDomain 'bar'",
@@ -35,8 +35,9 @@ def check_run(out: Path, file: Path, stdout: str) -> None:
         "9 CSVExporter 'bar' history.csv",
         "10 Checkpoint",
     ]
-    sentence, *measured, last = rest.splitlines()
+    sentence, stored, *measured, last = rest.splitlines()
     assert "finished at step 20" in sentence
+    assert stored == "bonds stored: 'bar' as lattice"
     assert [line.split()[0] for line in measured] == ["nodes", "pulled_m", "kinetic_J", "never", "unknown", "good"]
     assert measured[0].split() == ["nodes", "10"]
     assert last.startswith(f"results in {out}{os.sep}  (")

@@ -13,8 +13,17 @@ from rbs_core.report import Progress, Row
 
 
 def example() -> Report:
-    rows = [Row("Kick 'bar'", calls=100, seconds=1.0), Row("BondBased 'bar'", 50, 3.0, items=600_000_000)]
-    return Report(rows, steps=100, step=400, time=2e-6, seconds=4.0, prepare_seconds=0.5, nbytes=3 * 2**20)
+    rows = [Row("Kick 'bar'", calls=100, seconds=1.0), Row("BondBased 'bar'", 50, 3.0, 600_000_000, 450_000_000)]
+    return Report(
+        rows,
+        steps=100,
+        step=400,
+        time=2e-6,
+        seconds=4.0,
+        prepare_seconds=0.5,
+        nbytes=3 * 2**20,
+        storages={"bar": "list"},
+    )
 
 
 def test_bonds_per_second():
@@ -25,10 +34,11 @@ def test_bonds_per_second():
 
 
 def test_the_table_says_where_the_time_went():
-    header, kick, force, sentence = str(example()).splitlines()
-    assert header.split() == ["relation", "calls", "seconds", "share", "Mbond/s"]
+    header, kick, force, sentence, stored = str(example()).splitlines()
+    assert header.split() == ["relation", "calls", "seconds", "share", "Mbond/s", "saved"]
     assert kick.split() == ["0", "Kick", "'bar'", "100", "1.000", "25.0%"]
-    assert force.split() == ["1", "BondBased", "'bar'", "50", "3.000", "75.0%", "200.0"]
+    assert force.split() == ["1", "BondBased", "'bar'", "50", "3.000", "75.0%", "200.0", "25%"]
+    assert stored == "bonds stored: 'bar' as list"
     assert sentence == (
         "100 steps in 4.00 s (prepared in 0.50 s), finished at step 400, time 2e-06 s; fields and bonds hold 3.0 MiB"
     )
@@ -53,9 +63,10 @@ def test_plain_numbers_for_a_file():
         "prepare_seconds": 0.5,
         "stopped": "finished",
         "bytes": 3 * 2**20,
+        "storages": {"bar": "list"},
         "relations": [
-            {"name": "Kick 'bar'", "calls": 100, "seconds": 1.0, "bonds": 0},
-            {"name": "BondBased 'bar'", "calls": 50, "seconds": 3.0, "bonds": 600_000_000},
+            {"name": "Kick 'bar'", "calls": 100, "seconds": 1.0, "bonds": 0, "saved": 0.0},
+            {"name": "BondBased 'bar'", "calls": 50, "seconds": 3.0, "bonds": 600_000_000, "saved": 0.25},
         ],
     }
 

@@ -7,15 +7,20 @@ import pytest
 
 import rbs_core as rbs
 from rbs_core import BadInput, Box, Part, Segment, intact
-from rbs_core.part import BondList, neighborhoods
 from tests.unit.core.toys import field, line, strength
 
 pull = field("pull", at="bond", shape="vector")
+zone = rbs.Field("zone", "bond", "scalar", "1", "z", "A test.", "uint8", 1)
 
 
-def plate(cells: int = 6, ratio: float = 2.0) -> Part:
-    """cells x cells nodes at whole numbers plus a half, around the origin."""
-    return Part("plate", Box(size=(cells, cells))).discretize(1.0).connect(ratio)
+@pytest.fixture(params=["list", "lattice"])
+def storage(request) -> str:
+    return str(request.param)
+
+
+def plate(storage: str | None = None) -> Part:
+    """6 x 6 nodes at whole numbers plus a half, around the origin."""
+    return Part("plate", Box(size=(6.0, 6.0))).discretize(1.0).connect(2.0, storage=storage)
 
 
 def crossing(part: Part) -> np.ndarray:
@@ -24,8 +29,8 @@ def crossing(part: Part) -> np.ndarray:
     return np.array([(y[i] > 0) != (y[j] > 0) for i, j in part.bonds])
 
 
-def test_rows_iteration_and_families_say_the_same():
-    part = line(4, horizon=2.0)
+def test_rows_iteration_and_families_say_the_same(storage):
+    part = line(4).connect(2.0, storage=storage)
     bonds = part.bonds
     offsets, neighbors = bonds.as_rows()
     assert offsets.tolist() == [0, 2, 5, 8, 10]
@@ -36,17 +41,15 @@ def test_rows_iteration_and_families_say_the_same():
     assert bonds.family(1) == slice(2, 5)
     assert bonds.lengths.tolist() == [1.0, 2.0, 1.0, 1.0, 2.0, 2.0, 1.0, 1.0, 2.0, 1.0]
     assert np.array_equal(bonds.inverse_lengths, 1.0 / bonds.lengths)
-    assert (len(bonds), bonds.horizon, bonds.storage) == (10, 2.0, "list")
-    assert repr(bonds) == "<10 directed bonds of 4 nodes, horizon 2 m, stored as list>"
-    nodes, others = bonds.ends(1, 6)
-    assert list(zip(nodes.tolist(), others.tolist(), strict=True)) == list(bonds)[1:6]
+    assert (len(bonds), bonds.horizon, bonds.storage) == (10, 2.0, storage)
+    assert repr(bonds) == f"<10 directed bonds of 4 nodes, horizon 2 m, stored as {storage}>"
 
 
 # -- cut ------------------------------------------------------------------------------------------------------------
 
 
-def test_a_cut_breaks_the_bonds_that_cross_and_keeps_them():
-    part = plate()
+def test_a_cut_breaks_the_bonds_that_cross_and_keeps_them(storage):
+    part = plate(storage)
     expected, count = crossing(part), len(part.bonds)
     assert not part.bonds.has_broken
     assert part.bonds.cut(Segment((-9.0, 0.0), (9.0, 0.0))) == expected.sum() > 0
@@ -55,8 +58,8 @@ def test_a_cut_breaks_the_bonds_that_cross_and_keeps_them():
     assert (len(part.bonds), part.bonds.has_broken) == (count, True)
 
 
-def test_a_cut_counts_only_what_it_breaks_itself():
-    part = plate()
+def test_a_cut_counts_only_what_it_breaks_itself(storage):
+    part = plate(storage)
     half = part.bonds.cut(Segment((-9.0, 0.0), (0.01, 0.0)))
     again = rf"part 'plate': bonds.cut\(Segment\(.*\)\) broke nothing: the {half} directed bonds .* were broken before"
     with pytest.warns(UserWarning, match=again) as warned:
@@ -74,8 +77,8 @@ def test_a_cut_is_the_same_from_both_ends(rng):
     assert 0 < sum(state.values()) < len(state)
 
 
-def test_a_short_cut_reaches_no_further_than_itself():
-    part = plate()
+def test_a_short_cut_reaches_no_further_than_itself(storage):
+    part = plate(storage)
     part.bonds.cut(Segment((-0.4, 0.0), (0.4, 0.0)))
     broken = [pair for pair, holds in zip(part.bonds, part.bonds.intact, strict=True) if not holds]
     x, y = part.positions.T
@@ -85,25 +88,14 @@ def test_a_short_cut_reaches_no_further_than_itself():
     assert broken
 
 
-@pytest.mark.parametrize("chunk", [1, 7, 1 << 20])
-def test_the_runs_in_which_bonds_are_looked_at_do_not_matter(monkeypatch, chunk):
-    monkeypatch.setattr(neighborhoods, "_CHUNK", chunk)
-    part = plate()
-    part.bonds.cut(Segment((-9.0, 0.0), (9.0, 0.0)))
-    assert np.array_equal(part.bonds.intact, ~crossing(part))
-    part = plate()
-    assert part.bonds.remove(Segment((-9.0, 0.0), (9.0, 0.0))) > 0
-    assert not crossing(part).any()
-
-
-def test_a_function_of_starts_and_ends_cuts_too():
-    part = plate()
+def test_a_function_of_starts_and_ends_cuts_too(storage):
+    part = plate(storage)
     assert part.bonds.cut(lambda starts, ends: (starts[:, 1] > 0) != (ends[:, 1] > 0)) == crossing(part).sum()
     assert np.array_equal(part.bonds.intact, ~crossing(part))
 
 
-def test_a_surface_beside_the_part_cuts_nothing():
-    part = plate()
+def test_a_surface_beside_the_part_cuts_nothing(storage):
+    part = plate(storage)
     beside = Segment((-9.0, 50.0), (9.0, 50.0))
     with pytest.warns(
         UserWarning, match=r"bonds.cut\(Segment.* broke nothing: no bond crosses it; check where"
@@ -136,8 +128,8 @@ def test_a_block_is_cut_by_a_polygon():
 # -- remove ---------------------------------------------------------------------------------------------------------
 
 
-def test_removed_bonds_have_never_been():
-    part, whole = plate(), plate()
+def test_removed_bonds_have_never_been(storage):
+    part, whole = plate(storage), plate(storage)
     gone = crossing(whole)
     assert part.bonds.remove(Segment((-9.0, 0.0), (9.0, 0.0))) == gone.sum()
     kept = [pair for pair, away in zip(whole.bonds, gone, strict=True) if not away]
@@ -164,15 +156,15 @@ def test_bond_fields_follow_their_bonds():
     assert len(part[strength]) == len(part.bonds) < len(number)
 
 
-def test_a_field_that_comes_later_fits_what_is_left():
-    part = plate()
+def test_a_field_that_comes_later_fits_what_is_left(storage):
+    part = plate(storage)
     part.bonds.remove(Segment((-9.0, 0.0), (9.0, 0.0)))
     part[strength] = 1.0
     assert part[strength].shape == (len(part.bonds),)
 
 
-def test_everything_may_be_removed():
-    part = plate()
+def test_everything_may_be_removed(storage):
+    part = plate(storage)
     part.bonds.remove(lambda starts, ends: np.ones(len(starts), bool))
     assert len(part.bonds) == 0
     assert list(part.bonds) == []
@@ -194,16 +186,18 @@ def test_a_cut_far_larger_than_the_part_or_far_off_the_origin_misses_no_bond():
 # -- the state ------------------------------------------------------------------------------------------------------
 
 
-def test_intact_is_the_field_of_the_part():
-    part = line(3, horizon=1.0)
-    part.bonds.intact[1] = False
-    assert part[intact].tolist() == [1, 0, 1, 1]
+def test_intact_is_the_field_of_the_part(storage):
+    part = line(3).connect(1.0, storage=storage)
+    part[intact] = [1, 1, 0, 1] if storage == "list" else [0, 0, 1, 1]  # a lattice breaks both ends together
+    assert part.bonds.has_broken
     part[intact] = 1
     assert not part.bonds.has_broken
+    with pytest.raises(ValueError, match="read-only"):
+        part.bonds.intact[0] = False
 
 
 def test_the_state_costs_nothing_until_somebody_asks():
-    part = line(3, horizon=1.0)
+    part = line(3).connect(1.0, storage="list")
     assert not part.bonds.has_broken
     assert intact not in part
     bytes_before = part.nbytes
@@ -211,13 +205,49 @@ def test_the_state_costs_nothing_until_somebody_asks():
     assert part.nbytes == bytes_before + 4
 
 
-def test_bonds_between_nodes_of_a_region():
-    part = line(4, horizon=1.0)
-    inside = part.bonds.between(Box(size=2.0, center=1.0))  # nodes 0 and 1
-    assert [pair for pair, both in zip(part.bonds, inside, strict=True) if both] == [(0, 1), (1, 0)]
+def test_bonds_between_nodes_of_a_region(storage):
+    part = line(4).connect(1.0, storage=storage)
+    part.bonds.mark(zone, Box(size=2.0, center=1.0))  # nodes 0 and 1
+    assert [pair for pair, both in zip(part.bonds, part[zone], strict=True) if both] == [(0, 1), (1, 0)]
 
 
-def test_the_list_counts_its_memory():
-    bonds = line(3, horizon=1.0).bonds
-    assert isinstance(bonds, BondList)
-    assert bonds.nbytes == 4 * 8 + 4 * 4 + 4 * 8
+def test_a_function_of_the_lengths(storage):
+    part = line(4).connect(2.0, storage=storage)
+    part.bonds.tabulate(strength, lambda lengths: 10.0 * lengths)
+    assert part[strength] == pytest.approx(10.0 * part.bonds.lengths)
+
+
+# -- representations ------------------------------------------------------------------------------------------------
+
+
+def test_a_lattice_becomes_a_list_where_a_field_differs_from_bond_to_bond():
+    part = plate()
+    part.bonds.cut(Segment((-9.0, 0.0), (9.0, 0.0)))
+    part.bonds.mark(zone, Box(size=(2.0, 2.0)))
+    before, marked, rows = part.bonds.intact, part[zone], part.bonds.as_rows()
+    assert part.bonds.storage == "lattice"
+    part[strength] = np.arange(len(part.bonds))
+    assert part.bonds.storage == "list"
+    assert part[strength].tolist() == list(range(len(part.bonds)))
+    assert np.array_equal(part.bonds.intact, before)
+    assert np.array_equal(part[zone], marked)
+    assert all(np.array_equal(one, two) for one, two in zip(rows, part.bonds.as_rows(), strict=True))
+
+
+def test_a_lattice_that_was_asked_for_stays_one():
+    part = plate("lattice")
+    message = "the field 'strength', which differs from bond to bond, needs the bonds of part 'plate' as list"
+    with pytest.raises(BadInput, match=message):
+        part[strength] = np.arange(len(part.bonds))
+    with pytest.raises(BadInput, match="needs the bonds of part 'plate' as list"):
+        part[intact] = np.arange(len(part.bonds)) > 0  # broken from one end only
+    part[strength] = 2.0
+    assert part[strength].tolist() == [2.0] * len(part.bonds)
+    assert part.bonds.storage == "lattice"
+
+
+def test_equal_entries_of_a_step_stay_in_the_lattice():
+    part = plate()
+    part[strength] = part.bonds.lengths
+    assert part.bonds.storage == "lattice"
+    assert part[strength] == pytest.approx(part.bonds.lengths)

@@ -262,7 +262,7 @@ def test_a_function_must_return_one_entry_per_node():
 
 
 def test_fields_of_nodes_bonds_and_the_part():
-    part = line(3, horizon=1.0)
+    part = line(3).connect(1.0, storage="list")
     part[a], part[strength], part[total] = 1.0, 2.0, 3.0
     assert (part[a].shape, part[strength].shape, part[total].shape) == ((3,), (4,), ())
     assert [each.name for each in part.fields] == ["reference_position", "volume", "a", "strength", "total"]

@@ -28,7 +28,7 @@ def rod(ratio, n=20):
 def test_share_of_the_cell_within_the_horizon(ratio, wanted):
     """In 1-D the share can be read off: a cell from x − ½ to x + ½ reaches beyond δ by x + ½ − δ."""
     part = rod(ratio)
-    beta = linear_band(part)
+    beta = linear_band(part, part.bonds.lengths)
     for x, share in wanted.items():
         found = beta[np.isclose(part.bonds.lengths, x)]
         assert len(found)
@@ -40,7 +40,7 @@ def test_share_of_the_cell_within_the_horizon(ratio, wanted):
 def test_bar_with_a_whole_ratio_has_exactly_its_modulus(ratio):
     """Σ β ξ over one side is δ²/2, the integral, if the last cell counts half: c A Σ β ξ Δx = E exactly."""
     part = rod(float(ratio))
-    beta = linear_band(part)
+    beta = linear_band(part, part.bonds.lengths)
     middle = len(part) // 2
     row = part.bonds.family(middle)
     assert np.sum(beta[row] * part.bonds.lengths[row]) / 2 == pytest.approx(ratio**2 / 2, rel=1e-9)
@@ -50,7 +50,7 @@ def test_both_ends_get_the_same_share():
     part = rbs.Part("cloud", rbs.Everywhere(), dimension=2)
     points = np.random.default_rng(0).uniform(0.0, 10.0, (80, 2))
     part.place(points, 1.0, spacing=1.0).connect(3.0)
-    shares = dict(zip(part.bonds, linear_band(part), strict=True))
+    shares = dict(zip(part.bonds, linear_band(part, part.bonds.lengths), strict=True))
     assert all(shares[i, j] == shares[j, i] for i, j in shares)
 
 

@@ -11,7 +11,15 @@ import rbs_core as rbs
 from rbs_core import BadInput, BadLaw, MissingField, NotFinite
 from rbs_plugins import CriticalStretch, FractureDissipation, PairwiseForce, StrainEnergy
 from rbs_plugins.constitutive.pairwise import hardening
-from rbs_plugins.fields import density, displacement, dissipation_density, force_density, strain_energy, volume
+from rbs_plugins.fields import (
+    density,
+    displacement,
+    dissipation_density,
+    force_density,
+    intact,
+    strain_energy,
+    volume,
+)
 
 
 def step(*relations, dt=0.5):
@@ -116,7 +124,7 @@ def test_looking_at_the_energy_does_not_change_what_breaking_costs(pair, stops):
     """Strain energy in front of the force, where the displacement is newer than that of the last force."""
     lost = []
     for look in (True, False):
-        pair.bonds.intact[...] = True
+        pair[intact] = 1
         pair[dissipation_density] = 0.0
         law = PairwiseForce(pair, linear, CriticalStretch(0.1), c=4.0)
         measure = [StrainEnergy(pair, [law])] if look else []

@@ -6,21 +6,26 @@ import numba
 import numpy as np
 import pytest
 
-from rbs_plugins.loops import nodes
+from rbs_plugins.loops import Loop, Text, nodes
 
 SIZES = [1, 7, nodes.CHUNK, nodes.CHUNK + 1, 3 * nodes.CHUNK - 1]
 
 
+def run(function, count, **arguments):
+    """Compiles and runs a loop."""
+    Loop(Text.of(function), function.__name__, arguments, count)()
+
+
 def test_add(rng):
     a, b, out = rng.normal(size=(3, 50))
-    nodes.add(out, a, b)
+    run(nodes.add, 50, out=out, a=a, b=b)
     assert np.array_equal(out, a + b)
 
 
 def test_add_scaled(rng):
     out, a = rng.normal(size=(2, 50))
     wanted = out + 0.3 * a
-    nodes.add_scaled(out, a, 0.3)
+    run(nodes.add_scaled, 50, out=out, a=a, factor=0.3)
     np.testing.assert_allclose(out, wanted, rtol=4e-16, atol=4e-16)  # fused or not: one rounding of each product
 
 
@@ -29,7 +34,7 @@ def test_add_divided(rng, dimension):
     out, a = rng.normal(size=(2, 50, dimension))
     divisor = rng.uniform(1.0, 2.0, 50)
     wanted = out + 0.3 * a / divisor[:, None]
-    nodes.add_divided(out, a, 0.3, divisor)
+    run(nodes.add_divided, 50, out=out, a=a, factor=0.3, divisor=divisor)
     np.testing.assert_allclose(out, wanted, rtol=1e-15, atol=1e-15)
 
 
@@ -38,13 +43,13 @@ def test_sums_by_chunks(rng, size):
     a, b = rng.normal(size=(2, size))
     partial = nodes.chunks(size)
     assert len(partial) == -(-size // nodes.CHUNK)
-    nodes.sum_products(a, b, partial)
+    run(nodes.sum_products, size, a=a, b=b, partial=partial, chunk=nodes.CHUNK)
     scale = np.abs(a * b).sum()
     assert abs(partial.sum() - np.sum(a * b)) <= 1e-13 * scale  # a chunk of 4096 terms loses at most 4096 ulp of it
     mass, volume = rng.uniform(1.0, 2.0, (2, size))
     velocity = rng.normal(size=(size, 3))
     partial[:] = np.nan
-    nodes.sum_motion(mass, volume, velocity, partial)
+    run(nodes.sum_motion, size, mass=mass, volume=volume, velocity=velocity, partial=partial, chunk=nodes.CHUNK)
     wanted = np.sum(mass * volume * (velocity**2).sum(axis=1))
     assert partial.sum() == pytest.approx(wanted, rel=1e-12)
 
@@ -56,18 +61,7 @@ def test_sums_do_not_depend_on_threads(rng):
     for threads in (1, 2):
         numba.set_num_threads(threads)
         partial = nodes.chunks(len(a))
-        nodes.sum_products(a, b, partial)
+        run(nodes.sum_products, len(a), a=a, b=b, partial=partial, chunk=nodes.CHUNK)
         found.append(partial.sum())
     numba.set_num_threads(before)
     assert found[0] == found[1]
-
-
-def test_broken_share():
-    """Three nodes: both bonds of the first hold, one of two of the second is broken, the third has none."""
-    offsets = np.array([0, 2, 4, 4])
-    neighbors = np.array([1, 2, 0, 2], np.uint32)
-    intact = np.array([1, 1, 0, 1], np.uint8)
-    volume = np.array([1.0, 2.0, 3.0])
-    out = np.full(3, np.nan)
-    nodes.broken_share(offsets, neighbors, intact, volume, out)
-    assert out.tolist() == [0.0, 0.25, 0.0]

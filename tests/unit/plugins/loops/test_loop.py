@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 
-import numba
 import numpy as np
 import pytest
 
@@ -12,46 +11,74 @@ import rbs_core as rbs
 from rbs_core import BadLaw
 from rbs_plugins import Criterion, PairwiseForce, loops
 from rbs_plugins.fields import displacement
-from rbs_plugins.loops.nodes import add_scaled
+from rbs_plugins.loops import Loop, Text
 
 
-def test_little_work_runs_on_one_thread():
-    seen = []
-    before = numba.get_num_threads()
-    if before < 2:
-        pytest.skip("one core")
-    loops.run(lambda: seen.append(numba.get_num_threads()), loops.SERIAL_BELOW - 1)
-    loops.run(lambda: seen.append(numba.get_num_threads()), loops.SERIAL_BELOW)
-    assert seen == [1, before]
-    assert numba.get_num_threads() == before
+def double(begin, end, thread, out, a, factor):
+    """Out = factor a, and how many entries that were."""
+    for i in range(begin, end):
+        out[i] = factor * a[i]
+    return end - begin
 
 
-def test_threads_are_given_back_after_an_error():
-    before = numba.get_num_threads()
-    with pytest.raises(ZeroDivisionError):
-        loops.run(lambda: 1 // 0, 1)
-    assert numba.get_num_threads() == before
+def loop_over(count: int, factor: float = 2.0) -> tuple[Loop, np.ndarray]:
+    out = np.zeros(count)
+    return Loop(Text.of(double), "double", {"out": out, "a": np.arange(float(count)), "factor": factor}, count), out
 
 
-def test_run_passes_arguments_and_result():
-    assert loops.run(lambda a, b: a - b, 10, 5, 3) == 2
-    assert loops.run(lambda a, b: a - b, 10**9, 5, 3) == 2
+@pytest.mark.parametrize("count", [0, 1, 4096, 4097, 100_000])
+def test_every_item_is_visited_once(count):
+    loop, out = loop_over(count)
+    assert not out.any()  # compiling does not run
+    assert loop().sum() == count
+    assert np.array_equal(out, 2.0 * np.arange(count))
+
+
+def test_numbers_and_arrays_are_exchanged():
+    loop, out = loop_over(5)
+    other = np.full(5, 7.0)
+    loop.set(factor=3.0, a=other, nobody=1.0)
+    loop()
+    assert out.tolist() == [21.0] * 5
+    with pytest.raises(AssertionError):
+        loop.set(a=np.ones(4))
+
+
+def test_some_tasks_only():
+    loop, out = loop_over(10_000)
+    assert loop(loop.tasks[1:2]).tolist() == [4096]
+    assert not out[:4096].any()
+    assert out[4096:8192].all()
+    assert not out[8192:].any()
+
+
+def test_loops_of_one_kind_are_merged():
+    loops = [loop_over(count, factor) for count, factor in ((10, 2.0), (5000, 3.0), (1, 4.0))]
+    assert len({loop.kind for loop, _ in loops}) == 1
+    merged = loops[0][0].merged([loop for loop, _ in loops[1:]])
+    merged()
+    for (_, out), factor in zip(loops, (2.0, 3.0, 4.0), strict=True):
+        assert np.array_equal(out, factor * np.arange(len(out)))
+    merged.set(factor=np.array([1.0, 2.0, 3.0]))
+    merged()
+    assert [out[-1] for _, out in loops] == [9.0, 9998.0, 0.0]
+
+
+def test_single_and_whole_numbers():
+    def three(begin, end, thread, out, real, whole):
+        out[0] = real
+        out[1] = whole // 2
+        return 0
+
+    out = np.zeros(2, np.float32)
+    Loop(Text.of(three), "three", {"out": out, "real": np.float32(0.1), "whole": 7}, 1)()
+    assert out.tolist() == [np.float32(0.1), 3.0]
 
 
 def test_flat_is_the_same_memory():
     array = np.zeros((3, 2))
     loops.flat(array)[3] = 7.0
     assert array[1, 1] == 7.0
-
-
-def test_loop_without_compiler_is_left_alone():
-    loops.compile_loop(lambda: None, (), [])
-
-
-def test_compiling_does_not_run():
-    array = np.ones(4)
-    loops.compile_loop(add_scaled, (array, array, 1.0), [])
-    assert array.tolist() == [1.0] * 4
 
 
 # -- laws that cannot be compiled ----------------------------------------------------------------------------------

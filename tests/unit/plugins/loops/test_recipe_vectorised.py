@@ -1,0 +1,71 @@
+"""The hot loops must stay vectorised: a scalar square root and division cost four to eight times as much."""
+
+from __future__ import annotations
+
+import platform
+import re
+
+import numpy as np
+import pytest
+
+import rbs_core as rbs
+from rbs_plugins import BondBased, CriticalStretch, PairwiseForce
+from rbs_plugins.fields import displacement
+
+pytestmark = pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86-64 assembly")
+
+
+def bilinear(stretch, c, s_yield):
+    """A user's law with a branch: it must become a select, not a jump."""
+    if stretch < s_yield:
+        return c * stretch
+    return c * s_yield
+
+
+def part(dimension: int, storage: str, *, uneven: bool = False) -> rbs.Part:
+    made = rbs.Part("part", rbs.Box(size=(8e-3,) * dimension)).discretize(1e-3)
+    if uneven:
+        made[rbs.volume] = np.linspace(1, 2, len(made)) * made[rbs.volume]
+    return made.connect(3.015e-3, storage=storage)
+
+
+def brittle(dimension: int, storage: str) -> PairwiseForce:
+    return BondBased(part(dimension, storage), E=1e9, fracture=CriticalStretch(0.01))
+
+
+SCENES = {
+    "1-D breaking": lambda storage: brittle(1, storage),
+    "2-D breaking": lambda storage: brittle(2, storage),
+    "3-D breaking": lambda storage: brittle(3, storage),
+    "2-D elastic": lambda storage: BondBased(part(2, storage), E=1e9),
+    "2-D no-fail zone": lambda storage: BondBased(
+        part(2, storage), E=1e9, fracture=CriticalStretch(0.01, within=rbs.Box(size=(4e-3, 4e-3)))
+    ),
+    "3-D partial volume": lambda storage: BondBased(
+        part(3, storage), E=1e9, fracture=CriticalStretch(0.01), partial_volume="linear"
+    ),
+    "2-D uneven volumes": lambda storage: BondBased(
+        part(2, storage, uneven=True), E=1e9, fracture=CriticalStretch(0.01)
+    ),
+    "3-D user's law": lambda storage: PairwiseForce(
+        part(3, storage), bilinear, CriticalStretch(0.01), c=1e20, s_yield=0.005
+    ),
+}
+
+
+@pytest.mark.parametrize("storage", ["list", "lattice"])
+@pytest.mark.parametrize("scene", SCENES)
+def test_the_force_loop_takes_roots_and_quotients_of_many_bonds_at_once(scene, storage, monkeypatch):
+    monkeypatch.setenv("RBS_CACHE", "off")  # numba shows no assembly of code from its cache
+    force = SCENES[scene](storage)
+    with rbs.Analysis([force]) as analysis:
+        force.part[displacement] = 0.0
+        analysis.prepare()
+    assembly = force._loops._force._keep.entry._library.get_asm_str()
+    # packed double instructions, of any width: sqrtpd (SSE2) or vsqrtpd on xmm, ymm or zmm registers
+    if force.part.dimension > 1 or storage == "lattice":  # in a list in 1-D the root of a square is an absolute value
+        assert re.search(r"\bv?sqrtpd\b", assembly), "no packed square root: the loop over bonds is scalar"
+    assert re.search(r"\bv?divpd\b", assembly), "no packed division: the loop over bonds is scalar"
+    assert not re.search(r"\bcall\w*\s+\S*(law|criterion|kinematics)", assembly), "the law is not inlined"
+    if storage == "lattice":
+        assert not re.search(r"\bvgather", assembly), "neighbors ahead and back of a lattice need no gathers"
