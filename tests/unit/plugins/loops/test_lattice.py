@@ -91,7 +91,8 @@ def outcome(make, part, dissipation=False):
 
 @pytest.mark.parametrize(
     ("case", "dimension", "uneven"),
-    [*((case, 2, False) for case in CASES), *(("everything", d, True) for d in (1, 2, 3)), ("brittle", 3, False)],
+    [("partial volume", 1, False), ("late", 2, False), ("fields of nodes", 2, False), ("no-fail zone", 2, False),
+     ("everything", 3, True)],  # fmt: skip
 )
 def test_both_representations_agree(case, dimension, uneven):
     parts = [body(storage, dimension, uneven=uneven) for storage in ("list", "lattice")]
@@ -191,7 +192,7 @@ def test_rest_is_rest():
 
 def test_single_precision_is_good_to_five_digits():
     one, two = (body("lattice", precision=precision) for precision in ("double", "single"))
-    found = [outcome(CASES["everything"], part, dissipation=True) for part in (one, two)]
+    found = [outcome(CASES["brittle"], part, dissipation=True) for part in (one, two)]
     assert np.array_equal(one.bonds.intact, two.bonds.intact)
     for name, values in found[0].items():
         assert found[1][name].dtype == (np.float64 if name == "frequency" else np.float32)
