@@ -256,8 +256,8 @@ class Analysis:
         clock = self.clock
         clock.advance()
         for call, row in zip(calls, rows, strict=True):
-            for part, field in call.clear:
-                part.raw(field).fill(0)
+            for array in call.cleared:
+                array.fill(0)
             if not call.due(clock):
                 continue
             start = time.perf_counter()

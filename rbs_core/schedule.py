@@ -8,7 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
+
+from numpy.typing import NDArray
 
 from rbs_core.relation import Key, Relation
 from rbs_core.trigger import Clock, always
@@ -47,13 +50,22 @@ class Call:
         else:
             self.relations[0].apply(clock)
 
-    def items(self) -> int:
-        """Directed bonds that the call works for."""
+    @cached_property
+    def cleared(self) -> list[NDArray[Any]]:
+        """The arrays to set to zero before."""
+        return [part.raw(field) for part, field in self.clear]
+
+    @cached_property
+    def _items(self) -> int:
         return sum(relation.items() for relation in self.relations)
 
+    def items(self) -> int:
+        """Directed bonds that the call works for."""
+        return self.relations[0].items() if self.together is None else self._items
+
     def visited(self) -> int:
-        """Those that it has looked at."""
-        return sum(relation.visited() for relation in self.relations)
+        """Those that it has looked at: all, of relations that are done together."""
+        return self.relations[0].visited() if self.together is None else self._items
 
 
 def schedule(relations: Sequence[Relation], clear: Mapping[int, Sequence[Key]], *, batches: bool = True) -> list[Call]:

@@ -93,7 +93,7 @@ class PairwiseForce(Constitutive):
         self._law, self._fracture, self._potential = law, fracture, potential
         self._active = active
         self._called = False  # whether the loops hold the positions of an earlier force
-        self._now = (0.0, 0.0)  # time and dt of the last force
+        self._now = [0.0, 0.0]  # time and dt of the last force
         self._fraction = set_partial_volume(part, partial_volume)
         limits = {} if fracture is None else fracture.parameters(self)
         for name in limits.keys() & parameters.keys():
@@ -265,7 +265,7 @@ class PairwiseForce(Constitutive):
 
     def apply(self, clock: Clock) -> None:
         self._called = True
-        self._now = (clock.time, clock.dt)
+        self._now = [clock.time, clock.dt]
         if not self._loops.force(*self._now):
             raise self._blame()
 
@@ -278,10 +278,12 @@ class PairwiseForce(Constitutive):
         every: Any = [each._loops for each in forces]
         merged = self._loops.merged(every)
 
+        now = [0.0, 0.0]  # one for all
+        for force in forces:
+            force._called, force._now = True, now
+
         def apply(clock: Clock) -> None:
-            for force in forces:
-                force._called, force._now = True, (clock.time, clock.dt)
-                force._loops.visited = len(force.part.bonds)
+            now[:] = clock.time, clock.dt
             if not merged.force(clock.time, clock.dt):
                 wrong = [each for each in forces if not np.isfinite(each[force_density]).all()]
                 raise (wrong or forces)[0]._blame()

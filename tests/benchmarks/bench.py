@@ -15,10 +15,13 @@ import tempfile
 from pathlib import Path
 
 HERE = Path(__file__).parent
+KINDS = (("lattice", "double"), ("lattice", "single"), ("list", "double"))
 TARGETS = {  # of the reference machine (2 cores of an AMD Zen 5 at 4.4 GHz): ms, seconds, GiB
-    "plate": {"force_ms": 10.0, "step_over_force": 1.25, "search_s": 0.15,
-              "compile_cold_s": 3.0, "compile_cached_s": 0.5},
-    "cube": {"force_ms": 60.0, "step_over_force": 1.25, "search_s": 2.5, "peak_GiB": 3.5},
+    "plate lattice double": {"step_ms": 1.8, "search_s": 0.1, "compile_cold_s": 3.0, "compile_cached_s": 0.5},
+    "plate lattice single": {"step_ms": 1.1, "search_s": 0.1},
+    "plate list double": {"force_ms": 10.0, "step_over_force": 1.25, "search_s": 0.15},
+    "cube lattice double": {"step_ms": 45.0, "peak_GiB": 0.47},
+    "cube list double": {"force_ms": 60.0, "step_over_force": 1.25, "search_s": 2.5, "peak_GiB": 3.5},
 }  # fmt: skip
 
 
@@ -32,18 +35,18 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         Path(folder).chmod(0o700)
         cache = {"RBS_CACHE": folder, "NUMBA_CACHE_DIR": folder}
-        figures["plate"] = {
-            "cold": _row("plate", sizes["plate"], **cache),
-            "warm": _row("plate", sizes["plate"], **cache),
-        }
-        figures["cube"] = {"warm": _row("cube", sizes["cube"], **cache)}
+        for scene in ("plate", "cube"):
+            for kind in KINDS:
+                rows = {"cold": _row(scene, sizes[scene], *kind, **cache)} if scene == "plate" else {}
+                rows["warm"] = _row(scene, sizes[scene], *kind, **cache)
+                figures[" ".join((scene, *kind))] = rows
     _print(figures)
     if options.json:
         options.json.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
 
 
-def _row(what: str, size: int, **environment: str) -> dict[str, float]:
-    command = [sys.executable, str(HERE / "rows.py"), what, str(size)]
+def _row(what: str, size: int, *kind: str, **environment: str) -> dict[str, float]:
+    command = [sys.executable, str(HERE / "rows.py"), what, str(size), *kind]
     done = subprocess.run(command, env={**os.environ, **environment}, capture_output=True, text=True, check=False)
     if done.returncode:
         sys.exit(done.stderr)
@@ -55,8 +58,12 @@ def _print(figures: dict) -> None:
         print(f"machine, {threads} threads: " + ", ".join(f"{name} {value:.3g}" for name, value in limit.items()))
     cores = max(figures["limits"])
     limit = figures["limits"][cores]
-    for scene in ("plate", "cube"):
-        rows = figures[scene]
+    for scene, rows in figures.items():
+        if scene == "limits":
+            continue
+        root = (
+            "single_sqrt_and_division_ns" if scene.endswith("single") and "lattice" in scene else "sqrt_and_division_ns"
+        )
         warm = rows["warm"]
         print(
             f"\n{scene}: {warm['nodes']:.0f} nodes, {warm['bonds']:.0f} directed bonds, "
@@ -65,7 +72,7 @@ def _print(figures: dict) -> None:
         for n in sorted({1, cores}):
             best, median, largest = (warm[f"force_{n}_{which}"] for which in ("best", "median", "largest"))
             rate = warm["bonds"] / best / n / 1e6
-            roof = figures["limits"][n]["sqrt_and_division_ns"] * 1e-9 * warm["bonds"] / best
+            roof = figures["limits"][n][root] * 1e-9 * warm["bonds"] / best
             print(
                 f"  force, {n} threads: {best * 1e3:.2f} ms (median {median * 1e3:.2f}, largest {largest * 1e3:.2f}), "
                 f"{rate:.0f} Mbond/s per core, {roof:.0%} of the sqrt + division limit"
@@ -85,7 +92,7 @@ def _print(figures: dict) -> None:
         }
         for name, value in reached.items():
             if value is not None:
-                target = TARGETS[scene].get(name)
+                target = TARGETS.get(scene, {}).get(name)
                 print(f"  {name:<18} {value:8.3f}" + ("" if target is None else f"   target {target:g}"))
 
 

@@ -24,7 +24,16 @@ def _root_and_quotient(x, y, repeats):
         a, b = x[lane], y[lane]
         for r in range(repeats):
             for i in range(a.size):
-                b[i] = (a[i] + r) / math.sqrt(a[i] + r)
+                b[i] = (a[i] + a[r & 1023]) / math.sqrt(a[i] + a[r & 1023])
+
+
+@njit(parallel=True, error_model="numpy")
+def _gather(table, places, sums):
+    for lane in prange(places.shape[0]):
+        total = 0.0
+        for place in places[lane]:
+            total += table[place]
+        sums[lane] = total
 
 
 def sample(function: Callable[[], object], repeats: int) -> dict[str, float]:
@@ -45,8 +54,15 @@ def limits(threads: int) -> dict[str, float]:
     for name, size in (("memory", 20_000_000), ("cache", 50_000)):
         a, b, c = (np.ones(size) for _ in range(3))
         found[f"triad_{name}_GB_per_s"] = 24 * size / sample(lambda a=a, b=b, c=c: _triad(a, b, c), 9)["best"] / 1e9
-    x = np.random.default_rng(1).random((threads, 1024)) + 1
-    y = np.zeros_like(x)
-    best = sample(lambda: _root_and_quotient(x, y, 2000), 7)["best"]
-    found["sqrt_and_division_ns"] = best / (2000 * 1024 * threads) * 1e9
+    for name, kind in (("", np.float64), ("single_", np.float32)):
+        x = (np.random.default_rng(1).random((threads, 1024)) + 1).astype(kind)
+        y = np.zeros_like(x)
+        best = sample(lambda x=x, y=y: _root_and_quotient(x, y, 2000), 7)["best"]
+        found[f"{name}sqrt_and_division_ns"] = best / (2000 * 1024 * threads) * 1e9
+    for mebibytes in (2, 8, 128):
+        table = np.ones(mebibytes * 2**17)
+        places = np.random.default_rng(2).integers(0, len(table), (threads, 200_000))
+        sums = np.zeros(threads)
+        best = sample(lambda t=table, p=places, s=sums: _gather(t, p, s), 7)["best"]
+        found[f"gather_{mebibytes}_MiB_ns"] = best / places.size * 1e9
     return found

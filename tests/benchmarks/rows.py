@@ -19,29 +19,25 @@ import rbs_core as rbs
 SPACING = 1e-4
 
 
-def scene(dimension: int, n: int) -> dict[str, float]:
+def scene(dimension: int, n: int, storage: str, precision: str) -> dict[str, float]:
     """Force loop, whole step, search, compilation and memory of a square or cube with breaking bonds and m = 3.015."""
     import numba
     from machine import sample
 
-    from rbs_core.part import search
     from rbs_plugins import BondBased, CriticalStretch, VelocityVerlet
     from rbs_plugins.fields import density, displacement, velocity
 
-    part = rbs.Part("part", rbs.Box(size=(n * SPACING,) * dimension)).discretize(SPACING)
-    begin = time.perf_counter()
-    part.connect(3.015 * SPACING)
-    first = time.perf_counter() - begin
-    rows = (part.positions, part._cells, part.grid.shape, SPACING, 3.015 * SPACING)
-    again = 0.0
-    if dimension == 2 or n <= 50:
+    part = rbs.Part("part", rbs.Box(size=(n * SPACING,) * dimension), precision=precision).discretize(SPACING)
+    seconds = []
+    for _ in range(2 if dimension == 2 or n <= 50 else 1):
         begin = time.perf_counter()
-        search.lattice_rows(*rows)
-        again = time.perf_counter() - begin
+        part.connect(3.015 * SPACING, storage=storage)
+        seconds.append(time.perf_counter() - begin)
+    first, again = seconds[0], seconds[-1]
     part[density] = 8000.0
-    force = BondBased(part, E=192e9, fracture=CriticalStretch(0.04472))
+    force = BondBased(part, E=192e9, fracture=CriticalStretch(0.04472), active=None if storage == "list" else False)
     verlet = VelocityVerlet(part)
-    figures = {"nodes": len(part), "bonds": len(part.bonds), "search_first": first, "search": again or first}
+    figures = {"nodes": len(part), "bonds": len(part.bonds), "search_first": first, "search": again}
     with rbs.Analysis(verlet.step([force])) as analysis:
         begin = time.perf_counter()
         dt = 0.5 * analysis.stable_dt()
@@ -51,12 +47,12 @@ def scene(dimension: int, n: int) -> dict[str, float]:
         cores = os.cpu_count() or 1
         for threads in sorted({1, cores}):
             numba.set_num_threads(threads)
-            loop = sample(lambda: force._module.force(*force._arguments), 25 if dimension == 2 else 5)
+            loop = sample(force._loops._force, 25 if dimension == 2 else 5)
             figures.update({f"force_{threads}_{which}": value for which, value in loop.items()})
         part[displacement] = 0.0
         part[velocity] = 1e-3 * np.random.default_rng(1).standard_normal(part.positions.shape)
         # the relation also makes positions from displacements: that belongs to the step, not to the loop over bonds
-        move = sample(lambda: force._move(force._position), 15)["median"]
+        move = sample(force._loops.start, 15)["median"]
         steps, seconds, ratios = (20 if dimension == 2 else 3), [], []
         for run in range(1, 10):
             report = analysis.run(steps=run * steps, dt=dt, progress=False)
@@ -77,7 +73,7 @@ def main() -> None:
 
         figures = limits(size)
     else:
-        figures = scene({"plate": 2, "cube": 3}[what], size)
+        figures = scene({"plate": 2, "cube": 3}[what], size, *sys.argv[3:])
     print(json.dumps(figures))
 
 

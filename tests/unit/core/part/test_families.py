@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rbs_core import Ball, BadInput, Box, Part
+from rbs_core import BadInput, Ball, Box, Part
 
 
 def test_grids_become_lattices_and_clouds_lists():

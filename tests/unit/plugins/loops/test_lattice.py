@@ -91,8 +91,13 @@ def outcome(make, part, dissipation=False):
 
 @pytest.mark.parametrize(
     ("case", "dimension", "uneven"),
-    [("partial volume", 1, False), ("late", 2, False), ("fields of nodes", 2, False), ("no-fail zone", 2, False),
-     ("everything", 3, True)],  # fmt: skip
+    [
+        ("partial volume", 1, False),
+        ("late", 2, False),
+        ("fields of nodes", 2, False),
+        ("no-fail zone", 2, False),
+        ("everything", 3, True),
+    ],  # fmt: skip
 )
 def test_both_representations_agree(case, dimension, uneven):
     parts = [body(storage, dimension, uneven=uneven) for storage in ("list", "lattice")]
