@@ -97,7 +97,7 @@ def outcome(make, part, dissipation=False):
         ("fields of nodes", 2, False),
         ("no-fail zone", 2, False),
         ("everything", 3, True),
-    ],  # fmt: skip
+    ],
 )
 def test_both_representations_agree(case, dimension, uneven):
     parts = [body(storage, dimension, uneven=uneven) for storage in ("list", "lattice")]
