@@ -16,6 +16,7 @@ from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.exporters.picture import PictureExporter
 from rbs_plugins.exporters.table import CSVExporter, read_table
 from rbs_plugins.exporters.vtk import VTKExporter
+from rbs_plugins.exporters.vtkhdf import VTKHDFExporter
 from rbs_plugins.integrators.explicit import Drift, Kick, SymplecticEuler, VelocityVerlet
 from rbs_plugins.measures import FractureDissipation, KineticEnergy, StrainEnergy
 
@@ -35,6 +36,7 @@ __all__ = [
     "StrainEnergy",
     "SymplecticEuler",
     "VTKExporter",
+    "VTKHDFExporter",
     "VelocityVerlet",
     "fields",
     "read_table",
@@ -46,7 +48,7 @@ def rbs_relations() -> Iterable[type[rbs.Relation]]:
     """The built-in relations."""
     return [
         PairwiseForce, BondBased, Damage, Kick, Drift, BoundaryDomain, KineticEnergy, StrainEnergy,
-        FractureDissipation, VTKExporter, CSVExporter, PictureExporter,
+        FractureDissipation, VTKExporter, VTKHDFExporter, CSVExporter, PictureExporter,
     ]  # fmt: skip
 
 

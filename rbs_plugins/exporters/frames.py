@@ -1,4 +1,4 @@
-"""What exporters of frames share: which fields, in which configuration, under which names, on which resumed run."""
+"""What exporters of frames share: which fields, in which configuration and coordinates, under which names."""
 
 from __future__ import annotations
 
@@ -17,14 +17,18 @@ from rbs_plugins.fields import displacement, reference_position
 
 CONFIGURATIONS = ("current", "reference")
 
+# Arrays to be used again, by shape and dtype, because memory that was never touched is slow: what is made in one lasts
+# until the next of that kind is made in it.
+Room = dict[tuple[tuple[int, ...], np.dtype[Any]], NDArray[Any]]
 
-class FrameExporter(Exporter):
-    """An exporter that writes one file per frame: `<path>_<step>.<suffix>`.
+
+class NodeExporter(Exporter):
+    """An exporter of node fields, as viewers expect them.
 
     Args:
         part: the part.
         fields: node fields to export.
-        path: folder and beginning of the file names.
+        path: the file, or folder and beginning of the file names.
         configuration: "current" or "reference" positions.
         when: trigger.
 
@@ -45,7 +49,6 @@ class FrameExporter(Exporter):
         if configuration not in CONFIGURATIONS:
             raise BadInput(f"{self.label}: configuration={configuration!r} must be one of {', '.join(CONFIGURATIONS)}")
         self.configuration = configuration
-        self.frames: list[tuple[float, str]] = []
 
     @property
     def reads(self) -> tuple[Field, ...]:  # type: ignore[override]
@@ -61,24 +64,27 @@ class FrameExporter(Exporter):
     def attach(self) -> None:
         writable_folder(self.path.parent)
 
-    def positions(self, scale: float = 1.0) -> NDArray[np.float64]:
+    def positions(self, scale: float = 1.0, room: Room | None = None) -> NDArray[np.float64]:
         """(n, 3) positions in the configuration of this exporter, displaced so many times, in world coordinates, m."""
         local = self[reference_position]
-        if self.configuration == "current":
-            local = local + scale * self[displacement]
-        padded = np.zeros((len(local), 3))
-        padded[:, : local.shape[1]] = local
+        padded = _zeros((len(local), 3), local.dtype, room)
+        for axis in range(local.shape[1]):
+            padded[:, axis] = local[:, axis]
+            if self.configuration == "current":
+                padded[:, axis] += scale * self[displacement][:, axis]
         return padded if self.part.system is world else convert(padded, self.part.system, world)
 
-    def values(self, field: Field) -> NDArray[np.float64]:
-        """A field as viewers expect it, vectors and tensors turned into world coordinates as the positions are."""
-        array = three(self[field])
+    def values(self, field: Field, room: Room | None = None) -> NDArray[Any]:
+        """A field as viewers expect it, vectors and tensors turned into world coordinates as the positions are.
+
+        Where nothing has to be turned or padded it is the array of the field itself: to be read, and not to be kept.
+        """
+        array = three(self[field], room)
         turn = None if array.ndim == 1 or self.part.system is world else self._turn()
         if turn is None:
             return array
-        if field.shape == "vector":
-            return array @ turn.T
-        return (turn @ array.reshape(-1, 3, 3) @ turn.T).reshape(-1, 9)
+        turns = turn if field.shape == "vector" else np.kron(turn, turn)  # R T R^T of a tensor, row after row
+        return array @ turns.T.astype(np.result_type(array, np.float32))
 
     def _turn(self) -> NDArray[np.float64] | None:
         """(3, 3) the axes of the part in the world; None for curved coordinates, where each node has its own."""
@@ -89,6 +95,27 @@ class FrameExporter(Exporter):
             system = system.parent
         corners = convert(np.vstack([np.zeros(3), np.eye(3)]), self.part.system, world)
         return (corners[1:] - corners[0]).T
+
+
+class FrameExporter(NodeExporter):
+    """An exporter that writes one file per frame: `<path>_<step>.<suffix>`.
+
+    Args:
+        part: the part.
+        fields: node fields to export.
+        path: folder and beginning of the file names.
+        configuration: "current" or "reference" positions.
+        when: trigger.
+
+    Raises:
+        BadInput: as NodeExporter.
+    """
+
+    def __init__(
+        self, part: Part, fields: Iterable[Field], path: str | Path, *, configuration: str, when: Trigger
+    ) -> None:
+        super().__init__(part, fields, path, configuration=configuration, when=when)
+        self.frames: list[tuple[float, str]] = []
 
     def frame(self, clock: Clock, suffix: str) -> Path:
         """Name of the file of this step; remembered as a frame."""
@@ -106,13 +133,26 @@ class FrameExporter(Exporter):
         self.frames = [(float(time), str(name)) for time, name in state["frames"]]
 
 
-def three(array: NDArray[Any]) -> NDArray[np.float64]:
-    """A scalar, vector or tensor field with three components per direction, as viewers expect it."""
-    if array.ndim == 1:
-        return array
-    padded = np.zeros((len(array),) + (3,) * (array.ndim - 1))
-    padded[(slice(None), *(slice(0, size) for size in array.shape[1:]))] = array
+def three(array: NDArray[Any], room: Room | None = None) -> NDArray[Any]:
+    """A scalar, vector or tensor field with three components per direction, as viewers expect it, of the same dtype.
+
+    A field that has them already is not copied.
+    """
+    if array.ndim == 1 or array.shape[1] == 3:
+        return array if array.ndim < 3 else array.reshape(len(array), -1)
+    padded = _zeros((len(array),) + (3,) * (array.ndim - 1), array.dtype, room)
+    for component in np.ndindex(array.shape[1:]):  # long runs are faster than many rows of two numbers
+        padded[(slice(None), *component)] = array[(slice(None), *component)]
     return padded.reshape(len(array), -1)
+
+
+def _zeros(shape: tuple[int, ...], dtype: np.dtype[Any], room: Room | None) -> NDArray[Any]:
+    """An array to be filled, always in the same places; from `room` if there is one of this kind."""
+    if room is None:
+        return np.zeros(shape, dtype)
+    if (shape, dtype) not in room:
+        room[shape, dtype] = np.zeros(shape, dtype)
+    return room[shape, dtype]
 
 
 def axis_of(component: str | int | None, names: Sequence[str] = "xyz") -> int | None:

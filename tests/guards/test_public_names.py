@@ -78,6 +78,7 @@ PLUGINS = [
     "StrainEnergy",
     "SymplecticEuler",
     "VTKExporter",
+    "VTKHDFExporter",
     "VelocityVerlet",
     "fields",
     "read_table",
