@@ -88,7 +88,7 @@ def _print(figures: dict) -> None:
             "search_s": warm["search"],
             "peak_GiB": warm["peak_GiB"],
             "compile_cold_s": rows["cold"]["compile"] if "cold" in rows else None,
-            "compile_cached_s": warm["compile"],
+            "compile_cached_s": warm["compile"] if "cold" in rows else None,
         }
         for name, value in reached.items():
             if value is not None:

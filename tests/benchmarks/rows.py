@@ -44,6 +44,7 @@ def scene(dimension: int, n: int, storage: str, precision: str) -> dict[str, flo
         figures["prepare"] = time.perf_counter() - begin
         figures["compile"] = figures["prepare"] + first - figures["search"]
         part[displacement] = 1e-3 * SPACING * np.random.default_rng(0).standard_normal(part.positions.shape)
+        force.begin(analysis.clock)  # a lattice looks at its bonds then
         cores = os.cpu_count() or 1
         for threads in sorted({1, cores}):
             numba.set_num_threads(threads)
