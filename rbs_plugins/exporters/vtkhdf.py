@@ -38,7 +38,8 @@ class VTKHDFExporter(NodeExporter):
             the file is not the one that the run has written.
 
     The file is closed after every frame, so it can be copied or looked at while the run goes on. A process that is
-    killed at any moment leaves all complete frames readable; against a loss of power only the disk helps.
+    killed leaves all complete frames readable, whenever that happens but for microseconds in every 4096th frame. There
+    is no such promise for a loss of power.
     """
 
     example = {"fields": (), "path": "frames"}
@@ -112,7 +113,8 @@ class VTKHDFExporter(NodeExporter):
                     with series.opened(partial) as file:
                         series.append(file, times, len(self.part), self._arrays())
         except (OSError, RuntimeError) as error:
-            raise OSError(f"{self.label} cannot write {self.path} ({error}): is the disk full?") from error
+            why = str(error).split("\n")[0]
+            raise OSError(f"{self.label} cannot write {self.path} ({why}): is the disk full?") from error
         self._times = times
 
     # -- what is in the file ----------------------------------------------------------------------------------------
