@@ -10,7 +10,7 @@ import numpy as np
 from rbs_core import BadInput, Geometry, Measure, Part
 from rbs_core.trigger import Clock
 from rbs_plugins.fields import breakable, damage, intact, volume
-from rbs_plugins.loops.damage import damage_loop
+from rbs_plugins.loops.damage import damage_loops
 
 if TYPE_CHECKING:
     from rbs_plugins.constitutive.pairwise import PairwiseForce
@@ -159,10 +159,11 @@ class Damage(Measure):
 
     def attach(self) -> None:
         stored = self.part.bonds.stored
-        self._loop = damage_loop(stored, self.raw(intact), self[volume], self[damage])
+        self._loops = damage_loops(stored, self.raw(intact), self[volume], self[damage])
 
     def apply(self, clock: Clock) -> None:
-        self._loop()
+        for loop in self._loops:
+            loop()
 
     def items(self) -> int:
         return len(self.part.bonds)

@@ -205,7 +205,13 @@ class PairwiseForce(Constitutive):
         if self._active and why is not None:
             raise BadInput(f"{self.label}: active=True skips nodes that nothing has reached, but {why}: leave it out")
         if isinstance(stored, Lattice):
-            return LatticeLoops(recipe, self.part, inputs, quiet=why is None and self._active is not False)
+            changing = [
+                "volume" if field == volume else f"field_{field.name}"
+                for part, field in self._changed or ()
+                if part is self.part and field.at == "node"
+            ]
+            quiet = why is None and self._active is not False
+            return LatticeLoops(recipe, self.part, inputs, quiet, changing)
         return RowLoops(recipe, self.part, inputs)
 
     def _gather(self, recipe: Recipe, cell: float) -> dict[str, Any]:

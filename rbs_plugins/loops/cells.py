@@ -32,6 +32,13 @@ def gather_dense(begin, end, thread, source, target, first, moved, margin):
     return 0
 
 
+def carry(begin, end, thread, source, target, cells):
+    """Copies values (n,) of nodes to their cells."""
+    for i in range(begin, end):
+        target[cells[i]] = source[i]
+    return 0
+
+
 def survey(begin, end, thread, bits, steps, masks, alive, failed, margin, last, width, chunk):
     """Says for each range and step whether any bond holds, ahead or back; forgets which steps have failed."""
     for c in range(begin, end):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Collection, Hashable, Sequence
 from functools import cache
 from typing import Any
 
@@ -63,6 +63,11 @@ class Cells:
         result[self.stored.cells] = values
         return result
 
+    def carry(self, source: NDArray[Any], target: NDArray[Any]) -> Loop:
+        """The loop that copies values of nodes (n,) to their cells (size,)."""
+        arguments = {"source": source, "target": target, "cells": self.stored.cells}
+        return Loop(Text.of(cells.carry), "carry", arguments, len(self.stored.cells))
+
     def near(self, moved: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Ranges that a bond connects with a range where something is true."""
         before = np.concatenate([[0], np.cumsum(moved)])
@@ -81,13 +86,16 @@ class LatticeLoops:
             density as "out", "intact" and "breakable" as bits, other bond fields as one value per step.
         quiet: whether bonds feel nothing and do not fail as long as nothing is displaced; ranges without displacement
             are left out then.
+        changing: names of inputs that relations of the scene change; they are copied to cells before every use.
 
     Attributes:
         position: displacement by cell at the last force.
         visited: directed bonds that the last force has visited.
     """
 
-    def __init__(self, recipe: Recipe, part: Part, inputs: dict[str, Any], quiet: bool) -> None:
+    def __init__(
+        self, recipe: Recipe, part: Part, inputs: dict[str, Any], quiet: bool, changing: Collection[str] = ()
+    ) -> None:
         stored = part.bonds.stored
         assert isinstance(stored, Lattice)
         self._recipe, self._stored, self._quiet, self._name = recipe, stored, quiet, part.name
@@ -97,8 +105,9 @@ class LatticeLoops:
         self._moved = np.zeros(count, np.bool_)
         self._alive = np.zeros((count, max(len(stored.steps), 1)), np.uint8)
         self.position = np.zeros((part.dimension, stored.size), self._real)
+        by_cell = self._of_cells(inputs)
         self._inputs: dict[str, Any] = {
-            **self._of_cells(inputs),
+            **by_cell,
             **self._cells.tables,
             "u": self.position,
             "bits": inputs.get("intact", stored.present),
@@ -111,6 +120,11 @@ class LatticeLoops:
         if recipe.dissipation:
             self._inputs["before"] = np.zeros_like(self.position)
         self._survey = self._fixed(cells.survey)
+        self._carries = [
+            self._cells.carry(inputs[each], by_cell[each])
+            for each in changing
+            if by_cell.get(each) is not inputs.get(each)
+        ]
         self._gather = self._gatherer(self.position)
         self._force = self._loop("force")
         self._breaking = [self._loop(name) for name in ("record", "release") if name in self._needed]
@@ -157,6 +171,11 @@ class LatticeLoops:
         moved = self._moved.view(np.uint8)
         return self._fixed(function, source=self._inputs["displacement"], target=target, moved=moved)
 
+    def _carry(self) -> None:
+        """Brings fields of nodes that have changed to their cells."""
+        for loop in self._carries:
+            loop()
+
     def begin(self) -> None:
         """Looks at the bonds that there are when a run begins."""
         self._survey()
@@ -173,6 +192,7 @@ class LatticeLoops:
             for loop in (self._force, *self._breaking):
                 loop.set(u=self.position, before=old)
             self._gather.set(target=self.position)
+        self._carry()
         self._gather()
         tasks = self._busy()
         self.visited = self._count * len(tasks) // max(len(self._force.tasks), 1)
@@ -212,6 +232,7 @@ class LatticeLoops:
             self.prepare_energy(out)
         assert self._energy is not None
         self._energy.set(out=out, time=time, dt=dt)
+        self._carry()
         self._energy_gather()
         self._energy()
 
@@ -222,13 +243,14 @@ class LatticeLoops:
             shares = self._inputs["volume_fraction"] if self._recipe.fraction else 1.0
             out += self._stored.weigh(slopes / self._stored.lengths * shares) * float(self._inputs["cell"])
             return
+        self._carry()
         everything = np.ones_like(self._alive)
         self._loop("stiffness", out=out, bits=self._stored.present, alive=everything)()
 
     @property
     def kind(self) -> Hashable:
         """Loops of the same kind can be merged."""
-        return tuple(loop.kind for loop in (self._survey, self._gather, self._force, *self._breaking))
+        return tuple(loop.kind for loop in (self._survey, *self._carries, self._gather, self._force, *self._breaking))
 
     def merged(self, every: Sequence[LatticeLoops]) -> LatticeLoops:
         """The loops of several forces in one; without record of dissipation, and nothing is skipped."""
@@ -241,6 +263,7 @@ class LatticeLoops:
         result._count = sum(each._count for each in every)
         result._alive = np.ones((sum(len(each._alive) for each in every), 1), np.uint8)
         result._survey = together([each._survey for each in every])
+        result._carries = [together(loops) for loops in zip(*(each._carries for each in every), strict=True)]
         result._gather = together([each._gather for each in every])
         result._force = together([each._force for each in every])
         result._breaking = [together(loops) for loops in zip(*(each._breaking for each in every), strict=True)]

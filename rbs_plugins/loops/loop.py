@@ -109,9 +109,10 @@ class Loop:
         """Exchanges numbers, or arrays for others of the same shape and type; names without use are ignored."""
         for name, value in values.items():
             if name in self._column:
-                self._numbers[:, self._column[name]] = value
-                for held in self._held:
-                    held[name] = value
+                numbers = self._numbers[:, self._column[name]]
+                numbers[:] = value
+                for held, number in zip(self._held, numbers, strict=True):
+                    held[name] = number
             elif name in self._parameters:
                 (held,) = self._held
                 assert (value.shape, value.dtype) == (held[name].shape, held[name].dtype)
@@ -147,7 +148,7 @@ class Loop:
     @property
     def kind(self) -> Any:
         """Loops of the same kind can be merged."""
-        return self._entry
+        return self._function if self._entry is None else self._entry
 
 
 def _parameters(body: str, name: str) -> list[str]:

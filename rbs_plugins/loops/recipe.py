@@ -102,13 +102,16 @@ class Recipe:
     def slopes(self, lengths: NDArray[np.float64]) -> NDArray[np.float64] | None:
         """|d law / d stretch| at rest of bonds of these lengths, the steeper side of a kink, without compiling.
 
-        None for a law that asks for more than the deformation of its bond and parameters.
+        None for a law that asks for more than the deformation of its bond and parameters, or that Python cannot follow.
         """
         if any(argument.kind not in ("kinematic", "parameter") for argument in self.law_arguments):
             return None
         found = {}
         for length in np.unique(lengths).tolist():
-            low, middle, high = (self.force_at(stretch, length) for stretch in (-SLOPE_STEP, 0.0, SLOPE_STEP))
+            try:
+                low, middle, high = (self.force_at(stretch, length) for stretch in (-SLOPE_STEP, 0.0, SLOPE_STEP))
+            except Exception:  # whatever a user's function raises: the compiler says it better
+                return None
             found[length] = max(abs(high - middle), abs(middle - low)) / SLOPE_STEP
         return np.array([found[length] for length in lengths.tolist()])
 
@@ -122,7 +125,10 @@ class Recipe:
                 return f"its {name} depends on more than the bond's own deformation"
             for length in np.unique(lengths).tolist():
                 at_rest = kinematic_values(0.0, length)
-                answer = plain(function)(*(at_rest.get(a.name, a.value) for a in arguments))
+                try:
+                    answer = plain(function)(*(at_rest.get(a.name, a.value) for a in arguments))
+                except Exception as error:  # whatever a user's function raises
+                    return f"its {name} cannot be evaluated at rest ({error})"
                 if answer != still:
                     return f"its {name} is {answer} at rest"
         return None

@@ -117,10 +117,9 @@ def bad_criterion(stretch, s0):
     return stretch > s0.limit
 
 
-@pytest.fixture
-def pair():
-    part = rbs.Part("pair", rbs.Everywhere(), dimension=1)
-    part.place([[0.0], [1.0]], [1.0, 1.0], spacing=1.0).connect(1.5)
+@pytest.fixture(params=["list", "lattice"])
+def pair(request):
+    part = rbs.Part("pair", rbs.Box(size=2.0)).discretize(1.0).connect(1.5, storage=request.param)
     part[displacement] = 0.0
     return part
 

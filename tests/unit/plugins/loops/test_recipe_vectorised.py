@@ -22,8 +22,8 @@ def bilinear(stretch, c, s_yield):
     return c * s_yield
 
 
-def part(dimension: int, storage: str, *, uneven: bool = False) -> rbs.Part:
-    made = rbs.Part("part", rbs.Box(size=(8e-3,) * dimension)).discretize(1e-3)
+def part(dimension: int, storage: str, *, uneven: bool = False, precision: str = "double") -> rbs.Part:
+    made = rbs.Part("part", rbs.Box(size=(8e-3,) * dimension), precision=precision).discretize(1e-3)
     if uneven:
         made[rbs.volume] = np.linspace(1, 2, len(made)) * made[rbs.volume]
     return made.connect(3.015e-3, storage=storage)
@@ -53,15 +53,20 @@ SCENES = {
 }
 
 
-@pytest.mark.parametrize("storage", ["list", "lattice"])
-@pytest.mark.parametrize("scene", SCENES)
-def test_the_force_loop_takes_roots_and_quotients_of_many_bonds_at_once(scene, storage, monkeypatch):
-    monkeypatch.setenv("RBS_CACHE", "off")  # numba shows no assembly of code from its cache
-    force = SCENES[scene](storage)
+def assembly_of(force: PairwiseForce) -> str:
+    """What the machine runs for the force loop; numba shows none of code from its cache."""
     with rbs.Analysis([force]) as analysis:
         force.part[displacement] = 0.0
         analysis.prepare()
-    assembly = force._loops._force._keep.entry._library.get_asm_str()
+    return force._loops._force._keep.entry._library.get_asm_str()
+
+
+@pytest.mark.parametrize("storage", ["list", "lattice"])
+@pytest.mark.parametrize("scene", SCENES)
+def test_the_force_loop_takes_roots_and_quotients_of_many_bonds_at_once(scene, storage, monkeypatch):
+    monkeypatch.setenv("RBS_CACHE", "off")
+    force = SCENES[scene](storage)
+    assembly = assembly_of(force)
     # packed double instructions, of any width: sqrtpd (SSE2) or vsqrtpd on xmm, ymm or zmm registers
     if force.part.dimension > 1 or storage == "lattice":  # in a list in 1-D the root of a square is an absolute value
         assert re.search(r"\bv?sqrtpd\b", assembly), "no packed square root: the loop over bonds is scalar"
@@ -69,3 +74,19 @@ def test_the_force_loop_takes_roots_and_quotients_of_many_bonds_at_once(scene, s
     assert not re.search(r"\bcall\w*\s+\S*(law|criterion|kinematics)", assembly), "the law is not inlined"
     if storage == "lattice":
         assert not re.search(r"\bvgather", assembly), "neighbors ahead and back of a lattice need no gathers"
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3])
+def test_single_precision_is_computed_in_single_precision(dimension, monkeypatch):
+    """Twice as many bonds at once, as long as no number of a law or a loop widens what it meets."""
+    monkeypatch.setenv("RBS_CACHE", "off")
+    assembly = assembly_of(
+        PairwiseForce(
+            part(dimension, "lattice", precision="single"), bilinear, CriticalStretch(0.01), c=1e20, s_yield=0.005
+        )
+    )
+    assert re.search(r"\bv?sqrtps\b", assembly), "no packed square root: the loop over bonds is scalar"
+    assert re.search(r"\bv?divps\b", assembly), "no packed division: the loop over bonds is scalar"
+    assert not re.search(r"\bv?(sqrt|div|mul|add|sub)[ps]d\b", assembly), "arithmetic in double precision"
+    assert not re.search(r"\bv?cvtps2pd\b", assembly), "something is widened"
+    assert not re.search(r"\bvgather", assembly), "neighbors ahead and back of a lattice need no gathers"

@@ -1,0 +1,132 @@
+"""The arithmetic that the loops over a lattice spell, and that they take no more than they need."""
+
+from __future__ import annotations
+
+from decimal import Decimal, getcontext
+
+import numpy as np
+import pytest
+
+import rbs_core as rbs
+from rbs_plugins.loops import Loop, Text, lattice_text
+from rbs_plugins.loops.arguments import resolve
+from rbs_plugins.loops.loop import _parameters
+from rbs_plugins.loops.recipe import Recipe
+
+EPSILON = np.finfo(float).eps
+
+ASK = """@njit(error_model='numpy')
+def ask(begin, end, thread, xi, eta, found):
+    for i in range(begin, end):
+        d0, d1, length, stretch, quotient = kinematics(
+            xi[i, 0], xi[i, 1], eta[i, 0], eta[i, 1], sqrt(xi[i, 0]**2 + xi[i, 1]**2),
+            1.0 / sqrt(xi[i, 0]**2 + xi[i, 1]**2))
+        found[i, 0], found[i, 1], found[i, 2], found[i, 3], found[i, 4] = d0, d1, length, stretch, quotient
+    return 0
+"""
+
+
+def kinematics(xi, eta):
+    """The columns d0, d1, length, stretch, 1 / length, as the loops compute them."""
+    text = "\n\n".join(["from numba import float64 as REAL", *lattice_text.kinematics(2), ASK]) + "\n"
+    found = np.zeros((len(xi), 5))
+    Loop(Text(text), "ask", {"xi": xi, "eta": eta, "found": found}, len(xi))()
+    return found
+
+
+def exact(xi, eta):
+    getcontext().prec = 150
+    (x, y), (u, v) = ([Decimal(float(number)) for number in each] for each in (xi, eta))
+    size, length = (x * x + y * y).sqrt(), ((x + u) ** 2 + (y + v) ** 2).sqrt()
+    return [float(length), float(length / size - 1), float(1 / length)]
+
+
+@pytest.mark.parametrize("size", [1e-100, 1e-12, 1e-6, 1e-2, 0.5])
+def test_small_stretches_keep_their_digits(size, rng):
+    """A length minus another would lose those that are the same in both."""
+    xi = rng.integers(1, 5, (40, 2)) * 1e-3
+    eta = size * 1e-3 * rng.uniform(0.1, 1.0, (40, 2))  # along the bond: across it terms of second order cancel
+    found = kinematics(xi, eta)
+    wanted = np.array([exact(*each) for each in zip(xi, eta, strict=True)])
+    np.testing.assert_allclose(found[:, [2, 3, 4]], wanted, rtol=12 * EPSILON)
+    np.testing.assert_allclose(found[:, :2], xi + eta, rtol=EPSILON)
+
+
+def test_rest_is_exactly_zero():
+    xi = np.array([[1.0, 2.0], [3e-9, 0.0], [-7e5, 1e-3]])
+    assert (kinematics(xi, np.zeros_like(xi))[:, 3] == 0.0).all()
+
+
+def test_both_ends_see_the_same_to_the_bit(rng):
+    xi, eta = rng.normal(size=(2, 1000, 2))
+    ahead, back = kinematics(xi, eta), kinematics(-xi, -eta)
+    assert np.array_equal(ahead[:, 2:], back[:, 2:])
+    assert np.array_equal(ahead[:, :2], -back[:, :2])
+
+
+# -- parameters ----------------------------------------------------------------------------------------------------
+
+
+def linear(stretch, c):
+    return c * stretch
+
+
+def fails(stretch):
+    return stretch > 0.1
+
+
+def warm(stretch, warmth_j, c):
+    return c * stretch * warmth_j
+
+
+def recipe(law=linear, **options):
+    part = rbs.Part("body", rbs.Box(size=3.0)).discretize(1.0).connect(1.5)
+    part[rbs.Field("warmth", "node", "scalar", "K", "T", "Made up for these tests.")] = 1.0
+    failing = {"criterion": fails, "criterion_arguments": tuple(resolve(fails, part, {})), "intact": True}
+    return Recipe(2, law, tuple(resolve(law, part, {"c": 2.0})), **failing, **options).bare
+
+
+def asked(name, dense=True, **options):
+    return set(_parameters(lattice_text.text(name, recipe(**options), dense).body, name))
+
+
+@pytest.mark.parametrize(
+    ("options", "more"),
+    [
+        ({"breakable": True}, {"zone"}),
+        ({"fraction": True}, {"volume_fraction"}),
+        ({"uniform": False}, {"volume"}),
+        ({"law": warm}, {"field_warmth"}),
+        ({"late": True}, set()),
+        ({"real": "float32"}, set()),
+        ({"dissipation": True}, set()),
+    ],
+)
+def test_a_loop_asks_for_what_it_needs(options, more):
+    assert asked("force", **options) - asked("force") == more
+    assert asked("force") <= asked("force", **options)
+
+
+def test_only_the_record_asks_for_the_displacement_before():
+    every = {name: asked(name, dissipation=True) for name in ("force", "energy", "record", "release", "stiffness")}
+    assert [name for name, parameters in every.items() if "before" in parameters] == ["record"]
+    assert [name for name, parameters in every.items() if "dissipation" in parameters] == ["record"]
+
+
+def test_bits_are_written_only_where_bonds_break():
+    for name in ("force", "energy", "record", "release", "stiffness"):
+        body = lattice_text.text(name, recipe(dissipation=True), True).body
+        assert ("_bits[q] &=" in body) == (name == "release")
+        assert body.count("back_bits[q] &=") == 0  # a bond has one bit, at the end from which it leads ahead
+
+
+def test_the_law_is_asked_once_for_each_side():
+    body = lattice_text.text("force", recipe(), True).body
+    assert body.count("= law(") == 2
+    assert body.count("= kinematics(") == 2
+
+
+def test_where_all_cells_hold_nodes_none_is_looked_up():
+    dense, sparse = (lattice_text.text("force", recipe(), each).body for each in (True, False))
+    assert "cells[" not in dense
+    assert "cells[first[c]:first[c + 1]]" in sparse
