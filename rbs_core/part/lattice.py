@@ -63,7 +63,7 @@ class Lattice(Storage):
         self.dense = len(cells) == count
         self.cells = cells + self.margin
         self.lengths = spacing * np.sqrt((self.vectors.astype(np.float64) ** 2).sum(axis=1))
-        self.width = next((bits for bits in (8, 16, 32) if len(self.steps) <= bits), 64)
+        self.width = 8 if len(self.steps) <= 8 else 16  # a loop loads a word of each cell for every step
         self.present = self._all_bits()
         self._length = self.count(self.present)
         self.fields: LatticeFields = LatticeFields(self, f"part '{owner}'", real)

@@ -25,7 +25,7 @@ from rbs_plugins.fields import (
     volume,
     volume_fraction,
 )
-from rbs_plugins.loops import BATCH_BELOW
+from rbs_plugins.loops import BATCH_BELOW, machine, roots
 from rbs_plugins.loops.arguments import fields, resolve
 from rbs_plugins.loops.lattice import LatticeLoops
 from rbs_plugins.loops.recipe import Recipe
@@ -176,6 +176,8 @@ class PairwiseForce(Constitutive):
 
     def attach(self) -> None:
         uniform = self.constant(volume)
+        lattice = self.part.bonds.storage == "lattice"
+        real = self[displacement].dtype.name if lattice else "float64"
         self._check_record()
         recipe = Recipe(
             dimension=self.part.dimension,
@@ -191,7 +193,9 @@ class PairwiseForce(Constitutive):
             uniform=uniform is not None,
             dissipation=self.wants(dissipation_density),
             late=self._fracture is not None and self._fracture.release == "next step",
-            real=self[displacement].dtype.name if self.part.bonds.storage == "lattice" else "float64",
+            roots=roots.way(real) if lattice else "hardware",  # lists wait for gathers, and divide meanwhile
+            processor=machine.processor(),
+            real=real,
         )
         last = getattr(self, "_loops", None)
         inputs = self._gather(recipe, 1.0 if uniform is None else uniform)

@@ -17,11 +17,20 @@ from rbs_plugins.loops.lattice_text import CHUNK
 from rbs_plugins.loops.loop import Loop, Text
 from rbs_plugins.loops.recipe import Recipe
 
+ALIGNMENT = 64  # bytes, of the widest vectors
+
 
 @cache
 def _scratch(kind: str) -> NDArray[Any]:
-    """Room for the sums of one range per thread, shared by all loops: a loop fills it anew in every range."""
-    return np.zeros((getattr(numba.config, "NUMBA_NUM_THREADS", 1), 3, CHUNK), kind)
+    """Room for the sums of one range per thread, shared by all loops: a loop fills it anew in every range.
+
+    The rows begin where vectors of the machine do. The fourth one keeps threads apart: what one is about to load ahead
+    of itself must not be what another one stores.
+    """
+    shape = (getattr(numba.config, "NUMBA_NUM_THREADS", 1), 4, CHUNK)
+    room = np.zeros(int(np.prod(shape)) * np.dtype(kind).itemsize + ALIGNMENT, np.uint8)
+    begin = -room.ctypes.data % ALIGNMENT
+    return room[begin : begin + len(room) - ALIGNMENT].view(kind).reshape(shape)
 
 
 class Cells:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from functools import cache
 
+from rbs_plugins.loops import roots
 from rbs_plugins.loops.arguments import Argument
 from rbs_plugins.loops.loop import Text
 from rbs_plugins.loops.recipe import FAILS, SLOPE_STEP, Body, Recipe, indented, strict
@@ -26,6 +27,7 @@ CHUNK = 1024
 class LatticeBody(Body):
     """Spelling of what belongs to a bond ahead (to cell + step) or back (to cell - step)."""
 
+    hints = {"intel512": ("widest()",)}
     inverse = "inverse"
     size = "size"
     side = "ahead"
@@ -131,8 +133,15 @@ class LatticeBody(Body):
                  "for k in range(steps.size):", *indented(step), *finish]  # fmt: skip
         # a function of its own for the innermost loop: the compiler then unrolls it, which is worth a quarter
         opposite = [f"y{k} = -x{k}" for k in self.axes]
-        sweep = ["failing = False", *opposite, "for q in range(here0.size):", *indented(lines), "return failing"]
-        ranges = ["answer = 0", "for c in range(begin, end):", *indented(whole), "return answer"]
+        sweep = [
+            *self.head,
+            "failing = False",
+            *opposite,
+            "for q in range(here0.size):",
+            *indented(lines),
+            "return failing",
+        ]
+        ranges = [*self.head, "answer = 0", "for c in range(begin, end):", *indented(whole), "return answer"]
         return "\n".join([
             PLAIN, f"def sweep({', '.join(passed)}):", *indented(sweep), "",
             PLAIN, f"def {name}(begin, end, thread, {', '.join(parameters)}):", *indented(ranges)])  # fmt: skip
@@ -154,21 +163,21 @@ def force(r: Recipe, dense: bool) -> str:
 
     Where a bond fails the range adds nothing, to be done again once the bond is broken (settled), unless late.
     """
-    body, lines = LatticeBody(r, r.of_force), {}
-    for side, name in zip(SIDES, "gh", strict=True):
+    body, lines = LatticeBody(r, r.of_force), []
+    for side in SIDES:
         body.side = side
         count = [f"failing = failing | (holds & {body.failing})"] if r.criterion is not None else []
         pull = f"pull = {body.call('law', r.law_arguments)}{body.weight} * quotient"
-        sums = [f"{name}{k} = pull * d{k} if holds else REAL(0.0)" for k in body.axes]
-        lines[side] = [*body.lines(), *body.held, *count, pull, *sums]
+        sums = [f"g{k} = fused(pull, d{k}, g{k}) if holds else g{k}" for k in body.axes]
+        lines += [*body.lines(), *body.held, *count, pull, *sums]
     sums = [f"f{k}" for k in body.axes]
-    moves = [f"f{k}[q] += g{k} + h{k}" for k in body.axes]
+    start, end = [f"g{k} = f{k}[q]" for k in body.axes], [f"f{k}[q] = g{k}" for k in body.axes]
     finite = " & ".join(f"(abs(f{k}[q]) < inf)" for k in body.axes)
     wait = ["if any_failing:", "    answer |= 1", *([] if r.late else ["    if settled == 0: continue"])]
     finish = [*wait, "wrong = False",
               "for q in range(e - a):", f"    wrong = wrong | (not ({finite}))", "if wrong: answer |= 2",
               *_to_nodes(dense, "out", *(f"rows[i, {k}] += f{k}[q]{body.after}" for k in body.axes))]  # fmt: skip
-    return body.loop("force", sums, [*lines["ahead"], *lines["back"], *moves], finish, SKIP)
+    return body.loop("force", sums, [*start, *lines, *end], finish, SKIP)
 
 
 def energy(r: Recipe, dense: bool) -> str:
@@ -220,16 +229,25 @@ def release(r: Recipe, dense: bool) -> str:
 def text(name: str, recipe: Recipe, dense: bool) -> Text:
     """The module of one of the loops above."""
     make = {"force": force, "energy": energy, "stiffness": stiffness, "record": record, "release": release}[name]
-    return recipe.text(*kinematics(recipe.dimension), make(recipe, dense))
+    return recipe.text(*kinematics(recipe), make(recipe, dense))
 
 
-def kinematics(dimension: int) -> list[str]:
-    """What the loops call for a bond."""
-    body = LatticeBody(Recipe(dimension, abs, ()), ())
-    return [
-        strict("kinematics", f"{body.each('x{k}')}, {body.each('e{k}')}, size, inverse",
-               *(f"d{k} = x{k} + e{k}" for k in body.axes),
-               f"length = sqrt({body.each('d{k} * d{k}', ' + ')})", "both = length + size",
-               "share = REAL(1.0) / (length * both)",
-               f"stretch = ({body.each('e{k} * (x{k} + d{k})', ' + ')}) * (share * length) * inverse",
-               f"return {body.each('d{k}')}, length, stretch, share * both"), FAILS]  # fmt: skip
+def kinematics(r: Recipe) -> list[str]:
+    """What the loops call for a bond: d, length, stretch and 1 / length from x = ξ and e = η."""
+    body = LatticeBody(r, ())
+    arguments = f"{body.each('x{k}')}, {body.each('e{k}')}, size, inverse"
+    moved = [f"d{k} = x{k} + e{k}" for k in body.axes]
+    if r.newton:
+        # with a = (d² - ξ²) / ξ² the stretch is sqrt(1 + a) - 1; near zero it is known to the last digit of 1 only, so
+        # it is corrected by a step of Newton's for stretch (2 + stretch) = a
+        lines = [f"change = ({body.products('e{k}', '(e{k} + REAL(2.0) * x{k})')}) * (inverse * inverse)",
+                 "square = abs(REAL(1.0) + change)", *roots.text("root", "square"),
+                 "rough = fused(square, root, REAL(-1.0))", "miss = fused(rough, rough + REAL(2.0), -change)",
+                 "stretch = fused(REAL(-0.5) * root, miss, rough)",
+                 f"return {body.each('d{k}')}, square * root * size, stretch, root * inverse"]  # fmt: skip
+    else:
+        lines = [f"length = sqrt({body.products('d{k}')})", "both = length + size",
+                 "share = REAL(1.0) / (length * both)",
+                 f"stretch = ({body.products('e{k}', '(x{k} + d{k})')}) * (share * length) * inverse",
+                 f"return {body.each('d{k}')}, length, stretch, share * both"]  # fmt: skip
+    return [strict("kinematics", arguments, *moved, *lines), FAILS]

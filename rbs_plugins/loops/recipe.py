@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +47,8 @@ class Recipe:
         dissipation: whether the energy of breaking bonds is recorded.
         late: whether a failing bond carries its force for the rest of the step.
         real: type in which a lattice computes, "float64" or "float32"; rows always compute in double precision.
+        roots: how inverse lengths are computed, "hardware" or "newton", see `roots`.
+        processor: kind of machine that the loops are for, see `machine`.
     """
 
     dimension: int
@@ -63,6 +65,8 @@ class Recipe:
     dissipation: bool = False
     late: bool = False
     real: str = "float64"
+    roots: str = "hardware"
+    processor: str = "other"
 
     @property
     def bare(self) -> Recipe:
@@ -98,6 +102,11 @@ class Recipe:
     def of_energy(self) -> tuple[Argument, ...]:
         """Arguments of the functions that an energy needs."""
         return (*self.law_arguments, *self.potential_arguments)
+
+    @property
+    def newton(self) -> bool:
+        """Whether roots are computed by multiplications."""
+        return self.roots == "newton"
 
     def slopes(self, lengths: NDArray[np.float64]) -> NDArray[np.float64] | None:
         """|d law / d stretch| at rest of bonds of these lengths, the steeper side of a kink, without compiling.
@@ -144,6 +153,8 @@ class Recipe:
         names = None if pieces is not None else {name: _strict(function) for name, function in self.laws.items()}
         parts = [
             f"from numba import {self.real} as REAL",
+            "from rbs_plugins.loops.machine import narrower, no_gathers, widest",
+            "from rbs_plugins.loops.roots import fused, root_guess",
             *(pieces or []),
             *([_quadrature(self)] if self.potential is None else []),
             *loops,
@@ -165,6 +176,7 @@ class Body(ABC):
         used: arguments of the functions in it.
     """
 
+    hints: ClassVar[dict[str, tuple[str, ...]]] = {}  # what functions begin with, by the processor
     size = "reference_length"  # |ξ| of a bond
     inverse = ""  # 1 / |ξ|
 
@@ -186,9 +198,22 @@ class Body(ABC):
         return " * cell" if self.recipe.uniform else ""
 
     @property
+    def head(self) -> list[str]:
+        """Lines with which the functions of loops begin."""
+        return list(self.hints.get(self.recipe.processor, ()))
+
+    @property
     def axes(self) -> range:
         """The components."""
         return range(self.recipe.dimension)
+
+    def products(self, pattern: str, other: str | None = None) -> str:
+        """The sum over components of the squares of a pattern with {k}, or of its products with another one."""
+        factors = [(pattern.format(k=k), (other or pattern).format(k=k)) for k in self.axes]
+        total = "{} * {}".format(*factors[0])
+        for a, b in factors[1:]:
+            total = f"fused({a}, {b}, {total})"
+        return total
 
     def each(self, pattern: str, between: str = ", ") -> str:
         """The pattern once per component, {k} its number."""

@@ -27,6 +27,7 @@ ROWS = 256  # in a range
 
 
 class _Body(Body):
+    hints = {"intel512": ("widest()",), "amd": ("narrower()", "no_gathers()")}
     inverse = "row_inverse[q]"
     size = "1.0 / row_inverse[q]"
 
@@ -49,10 +50,10 @@ class _Body(Body):
         arrays = dict.fromkeys(a.array for a in self.used if a.field is not None)
         flagged = [flag for flag, there in flags if there]
         names = ["offsets", "neighbors", "inverse", "y", "out", *flagged, *arrays, *self.numbers]
-        loop = ["wrong = 0", "for i in range(begin, end):", *indented([*self.head(), *body]), "return wrong"]
+        loop = [*self.head, "wrong = 0", "for i in range(begin, end):", *indented([*self.row(), *body]), "return wrong"]
         return "\n".join([SUMS, f"def {name}(begin, end, thread, {', '.join(names)}):", *indented(loop)])
 
-    def head(self) -> list[str]:
+    def row(self) -> list[str]:
         """Slices of the row and values at the node."""
         r = self.recipe
         rows = ["neighbors", "inverse", *(["intact"] if r.intact else []), *(["breakable"] if r.breakable else []),
@@ -65,10 +66,10 @@ class _Body(Body):
         return lines + [f"here_{name} = {name}[i]" for name in ends]
 
     def bond(self) -> list[str]:
-        """Kinematics of bond q of the row."""
-        lines = ["j = row_neighbors[q]",
-                 f"{self.each('d{k}')}, length = kinematics({self.each('y{k}')}, {self.each('y[j, {k}]')})",
-                 "stretch = stretch_of(length, row_inverse[q])"]  # fmt: skip
+        """Kinematics of bond q of the row: `d`, `length`, `stretch` and `quotient` = 1 / length."""
+        ends = f"{self.each('y{k}')}, {self.each('y[j, {k}]')}"
+        found = f"{self.each('d{k}')}, length, stretch, quotient"
+        lines = ["j = row_neighbors[q]", f"{found} = kinematics({ends}, row_inverse[q])"]
         wanted = {a.name for a in self.used}
         if wanted & {"reference_length", "extension"}:
             lines.append("reference_length = 1.0 / row_inverse[q]")
@@ -80,7 +81,7 @@ class _Body(Body):
 def _force(r: Recipe) -> str:
     body = _Body(r, r.of_force)
     zero = [f"f{k} = 0.0" for k in body.axes]
-    pull = f"pull = {body.call('law', r.law_arguments)}{body.weight} / length"
+    pull = f"pull = {body.call('law', r.law_arguments)}{body.weight} * quotient"
     sums = [f"f{k} += pull * d{k}" for k in body.axes]
     loop = [*body.bond(), *(["holds = row_intact[q] != 0"] if r.intact else [])]
     keep = ["pull = pull if holds else 0.0"] if r.intact else []
@@ -90,8 +91,7 @@ def _force(r: Recipe) -> str:
         count = [f"failing += holds & {fails}"]
         old = f"{body.each('before[i, {k}]')}, {body.each('before[j, {k}]')}"
         record = [
-            f"{body.each('o{k}')}, length_old = kinematics({old})",
-            "stretch_old = stretch_of(length_old, row_inverse[q])",
+            f"{body.each('o{k}')}, length_old, stretch_old, _ = kinematics({old}, row_inverse[q])",
             "reference_length = 1.0 / row_inverse[q]",
             *body.record(),
         ]
@@ -124,19 +124,20 @@ def _stiffness(r: Recipe) -> str:
                          f"out[i] += total / {SLOPE_STEP}{body.after}")  # fmt: skip
 
 
-def _kinematics(dimension: int) -> list[str]:
-    body = _Body(Recipe(dimension, abs, ()), ())
-    return [
-        strict("kinematics", f"{body.each('a{k}')}, {body.each('b{k}')}", *(f"d{k} = b{k} - a{k}" for k in body.axes),
-               f"return {body.each('d{k}')}, sqrt({body.each('d{k} * d{k}', ' + ')})"),
-        strict("stretch_of", "length, inverse", "return length * inverse - 1.0"), FAILS]  # fmt: skip
+def _kinematics(r: Recipe) -> list[str]:
+    """What the loops call for a bond: d, length, stretch and 1 / length from the positions of its ends."""
+    body = _Body(r, ())
+    arguments = f"{body.each('a{k}')}, {body.each('b{k}')}, inverse"
+    lines = [*(f"d{k} = b{k} - a{k}" for k in body.axes), f"length = sqrt({body.products('d{k}')})",
+             "stretch, quotient = length * inverse - 1.0, 1.0 / length"]  # fmt: skip
+    return [strict("kinematics", arguments, *lines, f"return {body.each('d{k}')}, length, stretch, quotient"), FAILS]
 
 
 @cache
 def _text(name: str, recipe: Recipe) -> Text:
     """The module of one of the loops above."""
     make = {"force": _force, "energy": _energy, "stiffness": _stiffness}[name]
-    return recipe.text(*_kinematics(recipe.dimension), make(recipe))
+    return recipe.text(*_kinematics(recipe), make(recipe))
 
 
 def row_ranges(nodes: int) -> NDArray[np.int64]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import rbs_core as rbs
-from rbs_plugins.loops import Loop, Text, lattice_text
+from rbs_plugins.loops import Loop, Text, lattice_text, roots
 from rbs_plugins.loops.arguments import resolve
 from rbs_plugins.loops.loop import _parameters
 from rbs_plugins.loops.recipe import Recipe
@@ -26,9 +26,14 @@ def ask(begin, end, thread, xi, eta, found):
 """
 
 
-def kinematics(xi, eta):
+@pytest.fixture(params=roots.WAYS)
+def way(request):
+    return request.param
+
+
+def kinematics(xi, eta, way):
     """The columns d0, d1, length, stretch, 1 / length, as the loops compute them."""
-    text = "\n\n".join(["from numba import float64 as REAL", *lattice_text.kinematics(2), ASK]) + "\n"
+    text = Recipe(2, linear, (), roots=way).text(*lattice_text.kinematics(Recipe(2, linear, (), roots=way)), ASK).body
     found = np.zeros((len(xi), 5))
     Loop(Text(text), "ask", {"xi": xi, "eta": eta, "found": found}, len(xi))()
     return found
@@ -42,24 +47,42 @@ def exact(xi, eta):
 
 
 @pytest.mark.parametrize("size", [1e-100, 1e-12, 1e-6, 1e-2, 0.5])
-def test_small_stretches_keep_their_digits(size, rng):
+def test_small_stretches_keep_their_digits(size, way, rng):
     """A length minus another would lose those that are the same in both."""
     xi = rng.integers(1, 5, (40, 2)) * 1e-3
     eta = size * 1e-3 * rng.uniform(0.1, 1.0, (40, 2))  # along the bond: across it terms of second order cancel
-    found = kinematics(xi, eta)
+    found = kinematics(xi, eta, way)
     wanted = np.array([exact(*each) for each in zip(xi, eta, strict=True)])
     np.testing.assert_allclose(found[:, [2, 3, 4]], wanted, rtol=12 * EPSILON)
     np.testing.assert_allclose(found[:, :2], xi + eta, rtol=EPSILON)
 
 
-def test_rest_is_exactly_zero():
-    xi = np.array([[1.0, 2.0], [3e-9, 0.0], [-7e5, 1e-3]])
-    assert (kinematics(xi, np.zeros_like(xi))[:, 3] == 0.0).all()
+def test_rest_is_exactly_zero(way, rng):
+    xi = np.concatenate([[[1.0, 2.0], [3e-9, 0.0], [-7e5, 1e-3]], rng.normal(size=(100, 2))])
+    assert (kinematics(xi, np.zeros_like(xi), way)[:, 3] == 0.0).all()
 
 
-def test_both_ends_see_the_same_to_the_bit(rng):
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e3])
+def test_large_stretches_keep_their_digits(size, way, rng):
+    """Also bonds that are almost pressed to nothing, and those drawn out to many times their length."""
+    xi = rng.integers(1, 5, (40, 2)) * 1e-3
+    eta = -xi + size * 1e-3 * rng.uniform(0.1, 1.0, (40, 2))
+    found = kinematics(xi, eta, way)
+    wanted = np.array([exact(*each) for each in zip(xi, eta, strict=True)])
+    # the displacement as a number says where the end is to its last digit only
+    np.testing.assert_allclose(found[:, [2, 4]], wanted[:, [0, 2]], rtol=30 * EPSILON * max(1.0, (5 / size) ** 2))
+    np.testing.assert_allclose(found[:, 3], wanted[:, 1], rtol=30 * EPSILON * max(1.0, 5 / size))
+
+
+def test_what_is_no_number_stays_none(way):
+    xi = np.ones((3, 2))
+    found = kinematics(xi, np.array([[np.nan, 0.0], [0.0, np.inf], [1e200, 1e200]]), way)
+    assert not np.isfinite(found[:, 3] * found[:, 4]).any()
+
+
+def test_both_ends_see_the_same_to_the_bit(way, rng):
     xi, eta = rng.normal(size=(2, 1000, 2))
-    ahead, back = kinematics(xi, eta), kinematics(-xi, -eta)
+    ahead, back = kinematics(xi, eta, way), kinematics(-xi, -eta, way)
     assert np.array_equal(ahead[:, 2:], back[:, 2:])
     assert np.array_equal(ahead[:, :2], -back[:, :2])
 

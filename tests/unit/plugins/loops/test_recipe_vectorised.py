@@ -11,6 +11,7 @@ import pytest
 import rbs_core as rbs
 from rbs_plugins import BondBased, CriticalStretch, PairwiseForce
 from rbs_plugins.fields import displacement
+from rbs_plugins.loops import machine
 
 pytestmark = pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86-64 assembly")
 
@@ -61,10 +62,15 @@ def assembly_of(force: PairwiseForce) -> str:
     return force._loops._force._keep.entry._library.get_asm_str()
 
 
+@pytest.fixture(autouse=True)
+def no_cache(monkeypatch):
+    monkeypatch.setenv("RBS_CACHE", "off")
+
+
 @pytest.mark.parametrize("storage", ["list", "lattice"])
 @pytest.mark.parametrize("scene", SCENES)
 def test_the_force_loop_takes_roots_and_quotients_of_many_bonds_at_once(scene, storage, monkeypatch):
-    monkeypatch.setenv("RBS_CACHE", "off")
+    monkeypatch.setenv("RBS_ROOTS", "hardware")
     force = SCENES[scene](storage)
     assembly = assembly_of(force)
     # packed double instructions, of any width: sqrtpd (SSE2) or vsqrtpd on xmm, ymm or zmm registers
@@ -76,10 +82,35 @@ def test_the_force_loop_takes_roots_and_quotients_of_many_bonds_at_once(scene, s
         assert not re.search(r"\bvgather", assembly), "neighbors ahead and back of a lattice need no gathers"
 
 
+@pytest.mark.parametrize("scene", ["2-D breaking", "3-D user's law"])
+def test_by_newton_the_force_loop_multiplies_many_bonds_at_once(scene, monkeypatch):
+    monkeypatch.setenv("RBS_ROOTS", "newton")
+    assembly = assembly_of(SCENES[scene]("lattice"))
+    assert not re.search(r"\bv?(sqrt|div)[ps]d\b", assembly)
+    assert re.search(r"\bv?psrlq\b", assembly), "no packed shift: the loop over bonds is scalar"
+    assert not re.search(r"\bcall\w*\s+\S*(fused|root_guess|law)", assembly)
+
+
+@pytest.mark.parametrize("storage", ["list", "lattice"])
+def test_the_widest_vectors_are_used_where_they_are_slow_to_be_chosen(storage):
+    if machine.processor() != "intel512":
+        pytest.skip("LLVM itself uses the widest vectors of this processor")
+    assert "%zmm" in assembly_of(brittle(3, storage))
+
+
+def test_on_amd_a_list_is_read_without_gathers(monkeypatch):
+    if "+avx2" not in machine._features():
+        pytest.skip("this processor has no gather instructions")
+    monkeypatch.setattr(machine, "processor", lambda: "amd")
+    assembly = assembly_of(brittle(3, "list"))
+    assert re.search(r"\bv?sqrtpd\b", assembly)
+    assert not re.search(r"\bvgather", assembly)
+
+
 @pytest.mark.parametrize("dimension", [1, 2, 3])
 def test_single_precision_is_computed_in_single_precision(dimension, monkeypatch):
     """Twice as many bonds at once, as long as no number of a law or a loop widens what it meets."""
-    monkeypatch.setenv("RBS_CACHE", "off")
+    monkeypatch.setenv("RBS_ROOTS", "hardware")
     assembly = assembly_of(
         PairwiseForce(
             part(dimension, "lattice", precision="single"), bilinear, CriticalStretch(0.01), c=1e20, s_yield=0.005
