@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from rbs_core import BadLaw, Field, Part, registry
+from rbs_plugins.loops.slow import warn_of_slow_calls
 from rbs_plugins.loops.source import answers, plain
 
 KINEMATICS = ("stretch", "extension", "length", "reference_length")
@@ -66,6 +67,9 @@ def resolve(function: Callable[..., Any], part: Part, parameters: dict[str, floa
 
     Raises:
         BadLaw: on a name that nobody knows (the message lists what is known), or a branch that returns nothing.
+
+    Warns:
+        UserWarning: once for a law that calls functions which make its loop slow.
     """
     defaults = {
         name: parameter.default
@@ -74,6 +78,7 @@ def resolve(function: Callable[..., Any], part: Part, parameters: dict[str, floa
     }
     if not answers(function):
         raise BadLaw(f"{label(function)} returns nothing in some branch: every branch needs a return with a number")
+    warn_of_slow_calls(function, label(function))
     known = {**registry().fields(), **{field.name: field for field in part.fields}}
     return [_one(name, function, part, {**defaults, **parameters}, known) for name in names_of(function)]
 

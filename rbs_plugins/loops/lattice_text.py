@@ -167,7 +167,7 @@ def force(r: Recipe, dense: bool) -> str:
     for side in SIDES:
         body.side = side
         count = [f"failing = failing | (holds & {body.failing})"] if r.criterion is not None else []
-        pull = f"pull = {body.call('law', r.law_arguments)}{body.weight} * quotient"
+        pull = f"pull = REAL({body.call('law', r.law_arguments)}){body.weight} * quotient"
         sums = [f"g{k} = fused(pull, d{k}, g{k}) if holds else g{k}" for k in body.axes]
         lines += [*body.lines(), *body.held, *count, pull, *sums]
     sums = [f"f{k}" for k in body.axes]

@@ -153,8 +153,8 @@ class Recipe:
         names = None if pieces is not None else {name: _strict(function) for name, function in self.laws.items()}
         parts = [
             f"from numba import {self.real} as REAL",
+            "from rbs_plugins.loops.bits import fused, root_guess",
             "from rbs_plugins.loops.machine import narrower, no_gathers, widest",
-            "from rbs_plugins.loops.roots import fused, root_guess",
             *(pieces or []),
             *([_quadrature(self)] if self.potential is None else []),
             *loops,

@@ -11,19 +11,13 @@ alone, so that runs on one machine are the same to the bit.
 from __future__ import annotations
 
 import os
-from typing import Any
 
 import numba
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic, overload
 
 from rbs_core import BadInput
 from rbs_plugins.loops.machine import processor
 
 WAYS = ("hardware", "newton")
-_GUESS = {64: 0x5FE6EB50C7B537A9, 32: 0x5F375A86}  # minimax over a period of the exponent (Lomont 2003)
-_REAL = {types.float64: (ir.DoubleType(), 64), types.float32: (ir.FloatType(), 32)}
 
 
 def way(real: str) -> str:
@@ -40,48 +34,6 @@ def way(real: str) -> str:
     if getattr(numba.config, "DISABLE_JIT", 0):
         return "hardware"  # plain Python has no bits to shift
     return chosen or ("newton" if processor() == "intel512" and real == "float64" else "hardware")
-
-
-def _kind(number: Any) -> Any:
-    return number if number in _REAL else None
-
-
-@intrinsic
-def root_guess(context: Any, x: Any) -> Any:
-    """1 / sqrt(x) to 3.5 %, for positive x."""
-    if _kind(x) is None:
-        return None
-    kind, bits = _REAL[x]
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        whole = ir.IntType(bits)
-        half = builder.lshr(builder.bitcast(arguments[0], whole), whole(1))
-        return builder.bitcast(builder.sub(whole(_GUESS[bits]), half), kind)
-
-    return x(x), code
-
-
-def fused(a: float, b: float, c: float) -> float:
-    """A * b + c, in compiled loops rounded once where the machine can do that: in vectors as in single numbers."""
-    return a * b + c
-
-
-@intrinsic
-def _fused(context: Any, a: Any, b: Any, c: Any) -> Any:
-    if _kind(a) is None or not a == b == c:
-        return None
-    kind, _ = _REAL[a]
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        type_ = ir.FunctionType(kind, [kind] * 3)
-        return builder.call(builder.module.declare_intrinsic("llvm.fmuladd", [kind], type_), arguments)
-
-    return a(a, a, a), code
-
-
-@overload(fused, jit_options={"forceinline": True})
-def _(a, b, c):  # numba compares this signature with that of the answer
-    return lambda a, b, c: _fused(a, b, c)  # type: ignore[call-arg]  # an intrinsic is called without its context
 
 
 def text(inverse_root: str, square: str) -> list[str]:

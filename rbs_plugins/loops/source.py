@@ -18,7 +18,7 @@ import numpy as np
 STRICT = "@njit(error_model='numpy', forceinline=True)"
 # Before every name that a law takes from outside: a helper of the user must not replace a function of the loops.
 OWN = "own_"
-DOUBLE = "# in double precision\n"  # before functions that are made for its bits
+FUNCTIONS = "rbs_plugins.functions"
 NUMBERS = (bool, int, float, np.bool_, np.integer, np.floating)
 
 
@@ -37,7 +37,8 @@ def compilable(function: Any, *, busy: tuple[Any, ...] = ()) -> Callable[..., An
     helpers = {}
     for name in original.__code__.co_names:
         value = original.__globals__.get(name)
-        if isinstance(value, types.FunctionType) and value not in (*busy, original):
+        ours = getattr(value, "__module__", None) == FUNCTIONS
+        if isinstance(value, types.FunctionType) and not ours and value not in (*busy, original):
             inner = compilable(value, busy=(*busy, original))
             helpers[name] = njit(error_model="numpy", forceinline=True)(inner)
     if not helpers:
@@ -103,9 +104,7 @@ class _Narrow(ast.NodeTransformer):
 
 
 def _narrowed(text: str) -> str:
-    """A piece with its numbers in single precision, unless it says that it needs double."""
-    if text.startswith(DOUBLE):
-        return text
+    """A piece with its numbers in single precision."""
     head, body = text.split("\n", 1) if text.startswith("@") else ("", text)
     narrow = ast.unparse(ast.fix_missing_locations(_Narrow().visit(ast.parse(body))))
     return f"{head}\n{narrow}" if head else narrow
@@ -119,7 +118,7 @@ def _collect(name: str, function: Any, pieces: dict[str, str], busy: set[int]) -
     if name.startswith(OWN) and not _add_defaults(tree, function):
         return False
     tree.name = name
-    scope = {**function.__globals__, **_closure(function)}
+    scope = names_from_outside(function)
     outer = _free_names(tree)
     for needed in sorted(outer):
         if needed in scope:
@@ -130,8 +129,7 @@ def _collect(name: str, function: Any, pieces: dict[str, str], busy: set[int]) -
     for node in ast.walk(tree):
         if isinstance(node, ast.Name) and node.id in outer & scope.keys():
             node.id = OWN + node.id
-    mark = DOUBLE if function.__module__ == "rbs_plugins.functions" else ""
-    return _add(name, f"{mark}{STRICT}\n{ast.unparse(tree)}", pieces)
+    return _add(name, f"{STRICT}\n{ast.unparse(tree)}", pieces)
 
 
 def _collect_value(name: str, value: Any, pieces: dict[str, str], busy: set[int]) -> bool:
@@ -139,6 +137,8 @@ def _collect_value(name: str, value: Any, pieces: dict[str, str], busy: set[int]
         return _add(name, f"import {value.__name__} as {name}", pieces)
     if isinstance(value, NUMBERS):
         return _add(name, f"{name} = {_literal(value)}", pieces)
+    if getattr(value, "__module__", None) == FUNCTIONS:  # compiled code knows what to take in their place
+        return _add(name, f"from {FUNCTIONS} import {value.__name__} as {name}", pieces)
     if isinstance(plain(value), types.FunctionType):
         return _collect(name, plain(value), pieces, busy)
     if isinstance(value, types.BuiltinFunctionType) and getattr(value, "__module__", None) == "math":
@@ -160,9 +160,10 @@ def _add(name: str, text: str, pieces: dict[str, str]) -> bool:
     return pieces.setdefault(name, text) == text
 
 
-def _closure(function: types.FunctionType) -> dict[str, Any]:
+def names_from_outside(function: types.FunctionType) -> dict[str, Any]:
+    """What the names mean that a function does not define itself."""
     names, cells = function.__code__.co_freevars, function.__closure__ or ()
-    return {name: cell.cell_contents for name, cell in zip(names, cells, strict=True)}
+    return {**function.__globals__, **{name: cell.cell_contents for name, cell in zip(names, cells, strict=True)}}
 
 
 def _free_names(tree: ast.FunctionDef) -> set[str]:

@@ -20,6 +20,7 @@ from rbs_plugins.fields import (
     strain_energy,
     volume,
 )
+from rbs_plugins.functions import exp, log
 
 
 def step(*relations, dt=0.5):
@@ -186,11 +187,11 @@ def kinked_energy(stretch, c, s_y):
 
 
 def exponential(stretch, c):
-    return c * (math.exp(stretch) - 1.0)
+    return c * (exp(stretch) - 1.0)
 
 
 def of_length(length, reference_length, c):
-    return c * math.log(length / reference_length)
+    return c * log(length / reference_length)
 
 
 def of_extension(extension, reference_length, c):

@@ -145,7 +145,7 @@ def test_bits_are_written_only_where_bonds_break():
 
 def test_the_law_is_asked_once_for_each_side():
     body = lattice_text.text("force", recipe(), True).body
-    assert body.count("= law(") == 2
+    assert body.count("REAL(law(") == 2
     assert body.count("= kinematics(") == 2
 
 
