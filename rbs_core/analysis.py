@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 import time
+from collections import Counter
 from collections.abc import Sequence
 from contextlib import ExitStack, nullcontext
 from pathlib import Path
@@ -105,28 +106,29 @@ class Analysis:
         Raises:
             MissingField, FieldClash, BadLaw, BadInput: see there; nothing has been computed or written then.
         """
-        names = [part.name for part in self.parts]
-        for name in names:
-            if names.count(name) > 1:
-                raise BadInput(f"two parts are called '{name}': give each its own name")
-        for relation in self.unique:
+        for name, count in Counter(part.name for part in self.parts).items():
+            if count > 1:
+                raise BadInput(f"{count} parts are called '{name}': give each its own name")
+        unique = self.unique
+        for relation in unique:
             if relation.outdated:
                 raise BadInput(
                     f"{relation.label} was made for other nodes or bonds than part '{relation.part.name}' has now: "
                     "make the relation again after discretize and connect"
                 )
-        _check_files(self.unique)
+        _check_files(unique)
         self.plan = plan(self._relations, registry().providers)
-        for relation in self.unique:
+        for relation in unique:
             relation.choose_storage()
         for part, field in self.plan.fields:
             part.raw(field)
-        for relation in self.unique:
+        changed = frozenset(self.plan.changed)
+        for relation in unique:
             offered = self.plan.offered.intersection(relation.keys("offers"))
-            relation.join(frozenset(offered), frozenset(self.plan.changed), debug, self.unique)
+            relation.join(frozenset(offered), changed, debug, unique)
             if isinstance(relation, checkpoint.Checkpoint):
                 relation.bind(self)
-        for relation in self.unique:
+        for relation in unique:
             with blamed(relation) if debug else nullcontext():
                 relation.attach()
         return self.plan

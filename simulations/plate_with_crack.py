@@ -33,7 +33,7 @@ from rbs_plugins import (
     PictureExporter,
     StrainEnergy,
     VelocityVerlet,
-    VTKExporter,
+    VTKHDFExporter,
     read_table,
 )
 from rbs_plugins.elasticity import wave_speeds
@@ -106,7 +106,7 @@ def scene(
             StrainEnergy(plate, [steel], when=shots),
             FractureDissipation(plate, when=shots),
             CSVExporter(plate, [tips, spread, *energies], out / "history.csv", when=shots),
-            VTKExporter(plate, [displacement, velocity, damage], out / "plate", when=shots),
+            VTKHDFExporter(plate, [displacement, velocity, damage], out / "plate", when=shots),
             PictureExporter(plate, damage, out / "damage", limits=(0.0, 0.5), when=rbs.last),
             rbs.Checkpoint(out / "checkpoint.npz", when=rbs.realtime(60)),
         ],

@@ -209,11 +209,9 @@ class PairwiseForce(Constitutive):
         if self._active and why is not None:
             raise BadInput(f"{self.label}: active=True skips nodes that nothing has reached, but {why}: leave it out")
         if isinstance(stored, Lattice):
-            changing = [
-                "volume" if field == volume else f"field_{field.name}"
-                for part, field in self._changed or ()
-                if part is self.part and field.at == "node"
-            ]
+            nodes = {argument.array: argument.field for argument in recipe.arguments if argument.kind == "node"}
+            at_nodes = {"volume": volume, **nodes}
+            changing = [name for name, field in at_nodes.items() if (self.part, field) in (self._changed or ())]
             quiet = why is None and self._active is not False
             return LatticeLoops(recipe, self.part, inputs, quiet, changing)
         return RowLoops(recipe, self.part, inputs)

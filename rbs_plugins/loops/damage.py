@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rbs_core.part import Lattice
 from rbs_core.part.storage import Storage
 from rbs_plugins.loops import cells
-from rbs_plugins.loops.lattice import Cells
+from rbs_plugins.loops.lattice import Cells, scratch
 from rbs_plugins.loops.loop import Loop, Text
 from rbs_plugins.loops.rows import row_ranges
 
@@ -35,7 +35,8 @@ def damage_loops(stored: Storage, intact: NDArray[Any], volume: NDArray[Any], ou
     if isinstance(stored, Lattice):
         held = Cells(stored)
         by_cell = held.padded(volume, np.float64)
-        arguments = {**held.tables, "present": stored.present, "bits": intact, "volume": by_cell, "out": out}
+        arguments = {**held.tables, "present": stored.present, "bits": intact, "volume": by_cell, "out": out,
+                     "scratch": scratch("float64")}  # fmt: skip
         return [
             held.carry(volume, by_cell),
             Loop(Text.of(cells.broken_share), "broken_share", arguments, held.ranges, len(stored)),

@@ -21,7 +21,7 @@ ALIGNMENT = 64  # bytes, of the widest vectors
 
 
 @cache
-def _scratch(kind: str) -> NDArray[Any]:
+def scratch(kind: str) -> NDArray[Any]:
     """Room for the sums of one range per thread, shared by all loops: a loop fills it anew in every range.
 
     The rows begin where vectors of the machine do. The fourth one keeps threads apart: what one is about to load ahead
@@ -122,10 +122,10 @@ class LatticeLoops:
             "bits": inputs.get("intact", stored.present),
             "alive": self._alive,
             "failed": np.zeros_like(self._alive),
-            "scratch": _scratch(self._real.name),
+            "scratch": scratch(self._real.name),
         }
-        if recipe.breakable:
-            self._inputs["zone"] = inputs["breakable"]
+        # where no bond is spared, those that hold are those that may fail
+        self._inputs["zone"] = inputs["breakable"] if recipe.breakable else self._inputs["bits"]
         if recipe.dissipation:
             self._inputs["before"] = np.zeros_like(self.position)
         self._survey = self._fixed(cells.survey)

@@ -15,6 +15,7 @@ from functools import cache
 
 from rbs_plugins.loops import roots
 from rbs_plugins.loops.arguments import Argument
+from rbs_plugins.loops.cells import MAY_FAIL
 from rbs_plugins.loops.loop import Text
 from rbs_plugins.loops.recipe import FAILS, SLOPE_STEP, Body, Recipe, indented, strict
 
@@ -31,6 +32,7 @@ class LatticeBody(Body):
     inverse = "inverse"
     size = "size"
     side = "ahead"
+    zoned = False  # whether each bond is asked if it may break
 
     def value(self, argument: Argument) -> str:
         if argument.kind == "bond":
@@ -78,7 +80,7 @@ class LatticeBody(Body):
     @property
     def failing(self) -> str:
         """Source of the question whether a bond that holds fails."""
-        return self.fails + (f" & (({self.side}_zone[q] & bit) != 0)" if self.recipe.breakable else "")
+        return self.fails + (f" & (({self.side}_zone[q] & bit) != 0)" if self.zoned else "")
 
     # -- the loops around -------------------------------------------------------------------------------------------
 
@@ -86,7 +88,7 @@ class LatticeBody(Body):
         """Slices of padded arrays that the bonds of a step need, and their sources."""
         ahead, back, here = "a + s:e + s", "a - s:e - s", "a:e"
         found = [("ahead_bits", f"bits[word, {here}]"), ("back_bits", f"bits[word, {back}]")]
-        if self.recipe.breakable:
+        if self.zoned:
             found += [("ahead_zone", f"zone[word, {here}]"), ("back_zone", f"zone[word, {back}]")]
         for array, ends in self.sided.items():
             found += [(f"here_{array}", f"{array}[{here}]")] if "i" in ends else []
@@ -103,7 +105,14 @@ class LatticeBody(Body):
         return found + [(f"table_{array}", f"{array}[k]") for array in self.tables]
 
     def loop(
-        self, name: str, sums: list[str], lines: list[str], finish: list[str], only: str, old: bool = False
+        self,
+        name: str,
+        sums: list[str],
+        lines: list[str],
+        finish: list[str],
+        only: str,
+        noted: str = "",
+        old: bool = False,
     ) -> str:
         """The function of a loop.
 
@@ -113,10 +122,11 @@ class LatticeBody(Body):
             lines: for each cell q of a range and each step; they may set `failing`.
             finish: for a range, behind all steps.
             only: skips steps without work.
+            noted: on which other condition a step is noted as failing.
             old: whether the displacements of the force before are needed.
         """
         r = self.recipe
-        arrays = ["u", *(["before"] if old else []), "bits", *(["zone"] if r.breakable else []), *self.sided,
+        arrays = ["u", *(["before"] if old else []), "bits", *(["zone"] if self.zoned else []), *self.sided,
                   "steps", "vectors", "masks", "sizes", "inverses", *(["volume_fraction"] if r.fraction else []),
                   *self.tables, "alive", "failed", "scratch", "cells", "first", "out",
                   *(["dissipation"] if old else [])]  # fmt: skip
@@ -127,7 +137,7 @@ class LatticeBody(Body):
                    for side, sign in (("ahead", "+"), ("back", "-")) for k in self.axes}  # fmt: skip
         passed |= dict(self._slices()) | dict(self._of_step()) | {each: each for each in (*self.numbers, *sums)}
         empty = [line for n, s in enumerate(sums) for line in (f"{s} = scratch[thread, {n}, :e - a]", f"{s}[:] = 0")]
-        step = [only, "s, word = steps[k], k // width", f"if sweep({', '.join(passed.values())}):",
+        step = [only, "s, word = steps[k], k // width", f"if sweep({', '.join(passed.values())}){noted}:",
                 "    any_failing = True", "    failed[c, k] = 1"]  # fmt: skip
         whole = [f"a = margin + c * {CHUNK}", f"e = min(a + {CHUNK}, last)", *empty, "any_failing = False",
                  "for k in range(steps.size):", *indented(step), *finish]  # fmt: skip
@@ -161,7 +171,9 @@ def _to_nodes(dense: bool, target: str, *lines: str) -> list[str]:
 def force(r: Recipe, dense: bool) -> str:
     """Adds force densities; answers 1 if a bond fails, 2 if something is not finite.
 
-    Where a bond fails the range adds nothing, to be done again once the bond is broken (settled), unless late.
+    Bonds that may not break are told apart by range and step; where they stand beside others, they may cause a look at
+    bonds of which none breaks. Where a bond fails the range adds nothing, to be done again once the bond is broken
+    (settled), unless late.
     """
     body, lines = LatticeBody(r, r.of_force), []
     for side in SIDES:
@@ -177,7 +189,8 @@ def force(r: Recipe, dense: bool) -> str:
     finish = [*wait, "wrong = False",
               "for q in range(e - a):", f"    wrong = wrong | (not ({finite}))", "if wrong: answer |= 2",
               *_to_nodes(dense, "out", *(f"rows[i, {k}] += f{k}[q]{body.after}" for k in body.axes))]  # fmt: skip
-    return body.loop("force", sums, [*start, *lines, *end], finish, SKIP)
+    return body.loop("force", sums, [*start, *lines, *end], finish, SKIP,
+                     f" and alive[c, k] & {MAY_FAIL} != 0" if r.breakable else "")  # fmt: skip
 
 
 def energy(r: Recipe, dense: bool) -> str:
@@ -205,6 +218,7 @@ def stiffness(r: Recipe, dense: bool) -> str:
 def record(r: Recipe, dense: bool) -> str:
     """Adds the energy of bonds that fail now, at both ends; looks at steps that have failed only."""
     body, lines = LatticeBody(r, r.of_force), {}
+    body.zoned = r.breakable
     for side in SIDES:
         body.side = side
         sign = "x" if side == "ahead" else "y"
@@ -221,6 +235,7 @@ def record(r: Recipe, dense: bool) -> str:
 def release(r: Recipe, dense: bool) -> str:
     """Breaks the bonds that fail now; each bit belongs to one range, that of the end from which it leads ahead."""
     body = LatticeBody(r, r.criterion_arguments)
+    body.zoned = r.breakable
     lines = [*body.lines(), *body.held, f"if holds & {body.failing}:", "    ahead_bits[q] &= ~bit"]
     return body.loop("release", [], lines, [], ONLY_FAILED)
 

@@ -109,15 +109,17 @@ class Loop:
         """Exchanges numbers, or arrays for others of the same shape and type; names without use are ignored."""
         for name, value in values.items():
             if name in self._column:
-                numbers = self._numbers[:, self._column[name]]
-                numbers[:] = value
-                for held, number in zip(self._held, numbers, strict=True):
-                    held[name] = number
+                self._numbers[:, self._column[name]] = value
             elif name in self._parameters:
                 (held,) = self._held
                 assert (value.shape, value.dtype) == (held[name].shape, held[name].dtype)
                 held[name] = value
                 self._tables[0, self._place[name]] = value.ctypes.data
+
+    def _now(self, row: int) -> dict[str, Any]:
+        """The arguments of a segment, with numbers as they are set now."""
+        numbers = {name: type(self._held[row][name])(self._numbers[row, c]) for name, c in self._column.items()}
+        return {**self._held[row], **numbers}
 
     def __call__(self, tasks: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
         """Runs all ranges, or the given tasks (k, 3); returns what the function answered for each."""
@@ -125,7 +127,7 @@ class Loop:
         answers = self._answers[: len(tasks)]
         if self._entry is None:
             for number, (row, begin, end) in enumerate(tasks):
-                answers[number] = self._function(int(begin), int(end), 0, *self._held[row].values())
+                answers[number] = self._function(int(begin), int(end), 0, *self._now(row).values())
             return answers
         from rbs_plugins.loops import drive
 
@@ -138,7 +140,7 @@ class Loop:
         every = [self, *others]
         result = object.__new__(Loop)
         result.__dict__.update(self.__dict__)
-        result._held = [held for loop in every for held in loop._held]
+        result._held = [loop._now(row) for loop in every for row in range(len(loop._held))]
         result.work = sum(loop.work for loop in every)
         result.tasks = np.concatenate([loop.tasks + np.array([number, 0, 0]) for number, loop in enumerate(every)])
         result._keep = [loop._keep for loop in every]

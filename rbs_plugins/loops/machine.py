@@ -7,6 +7,7 @@ choice calls one of the two intrinsics here, which leave nothing but the attribu
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 from llvmlite import binding
@@ -16,11 +17,15 @@ from numba.extending import intrinsic
 _config: Any = config  # its numbers are made at run time
 
 
+_host_name = cache(binding.get_host_cpu_name)
+_host_features = cache(lambda: binding.get_host_cpu_features().flatten())
+
+
 def processor() -> str:
     """One of "intel512" (vectors of 512 bits, slow roots), "amd" and "other"; by NUMBA_CPU_NAME where that is set."""
     if _config.DISABLE_JIT:
         return "other"  # plain Python knows no processors
-    name, features = _config.CPU_NAME or binding.get_host_cpu_name(), _features()
+    name, features = _config.CPU_NAME or _host_name(), _features()
     if name.startswith("znver"):
         return "amd"
     return "intel512" if "+avx512f" in features else "other"
@@ -28,7 +33,7 @@ def processor() -> str:
 
 def _features() -> str:
     chosen = _config.CPU_FEATURES
-    return binding.get_host_cpu_features().flatten() if chosen is None else str(chosen)
+    return _host_features() if chosen is None else str(chosen)
 
 
 def _attribute(name: str, value: Any) -> Any:

@@ -11,6 +11,7 @@ import inspect
 import textwrap
 import types
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,7 @@ def compilable(function: Any, *, busy: tuple[Any, ...] = ()) -> Callable[..., An
     return types.FunctionType(original.__code__, scope, original.__name__, original.__defaults__, original.__closure__)
 
 
+@lru_cache(maxsize=1000)
 def answers(function: Any) -> bool:
     """False if some branch of a function ends without returning a value; True also where there is no source."""
     tree = _definition(plain(function))

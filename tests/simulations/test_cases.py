@@ -50,7 +50,7 @@ def test_plate_with_crack_coarse(tmp_path):
     assert found["damage_in_the_no_fail_zone"] == 0
     assert found["broken_directed_bonds"] > 732, "bonds break beyond those of the pre-crack"
     assert found["energy_error"] < 0.01
-    for file in ("plate.pvd", "history.csv", "plate_with_crack.py", "result.json"):
+    for file in ("plate.vtkhdf", "history.csv", "plate_with_crack.py", "result.json"):
         assert (tmp_path / file).stat().st_size > 0
     assert list(tmp_path.glob("damage_*.png"))
 

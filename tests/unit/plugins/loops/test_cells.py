@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import rbs_core as rbs
-from rbs_plugins.fields import intact
+from rbs_plugins.fields import breakable, intact
 from rbs_plugins.loops import Loop, Text, cells
 from rbs_plugins.loops.lattice import Cells
 from rbs_plugins.loops.lattice_text import CHUNK
@@ -70,13 +70,13 @@ def test_survey(shape, hole, rng):
     part[intact] = holds
     bits = part.raw(intact)
     alive, failed = (np.full((len(where.ranges), len(stored.steps)), 9, np.uint8) for _ in range(2))
-    run(cells.survey, where, bits=bits, alive=alive, failed=failed)
+    weak = holds & (part.positions[:, 1:][pairs] < 0.5).all(axis=(1, 2))
+    part[breakable] = weak
+    run(cells.survey, where, bits=bits, zone=part.raw(breakable), alive=alive, failed=failed)
     assert not failed.any()
-    wanted = np.zeros(alive.shape, bool)
-    places = stored.cells[pairs]
-    for (here, there), there_is in zip(places, holds, strict=True):
-        step = int(np.flatnonzero(stored.steps == abs(there - here))[0]) if there_is else -1
+    wanted = np.zeros(alive.shape, np.uint8)
+    for (here, there), there_is, may_fail in zip(stored.cells[pairs], holds, weak, strict=True):
         if there_is:
-            wanted[(here - stored.margin) // CHUNK, step] = True
-    assert np.array_equal(alive != 0, wanted)
-    assert set(np.unique(alive)) <= {0, 1}
+            step = int(np.flatnonzero(stored.steps == abs(there - here))[0])
+            wanted[(here - stored.margin) // CHUNK, step] |= cells.HOLDS + cells.MAY_FAIL * may_fail
+    assert np.array_equal(alive, wanted)

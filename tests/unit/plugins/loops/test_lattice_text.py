@@ -116,7 +116,7 @@ def asked(name, dense=True, **options):
 @pytest.mark.parametrize(
     ("options", "more"),
     [
-        ({"breakable": True}, {"zone"}),
+        ({"breakable": True}, set()),
         ({"fraction": True}, {"volume_fraction"}),
         ({"uniform": False}, {"volume"}),
         ({"law": warm}, {"field_warmth"}),
@@ -134,6 +134,11 @@ def test_only_the_record_asks_for_the_displacement_before():
     every = {name: asked(name, dissipation=True) for name in ("force", "energy", "record", "release", "stiffness")}
     assert [name for name, parameters in every.items() if "before" in parameters] == ["record"]
     assert [name for name, parameters in every.items() if "dissipation" in parameters] == ["record"]
+
+
+def test_only_where_bonds_break_each_is_asked_whether_it_may():
+    every = {name: asked(name, breakable=True) for name in ("force", "energy", "record", "release", "stiffness")}
+    assert [name for name, parameters in every.items() if "zone" in parameters] == ["record", "release"]
 
 
 def test_bits_are_written_only_where_bonds_break():
