@@ -98,6 +98,11 @@ class Analysis:
         """The relations, each once."""
         return list(dict.fromkeys(self._relations))
 
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all fields and bonds, and of what the relations keep beside them."""
+        return sum(part.nbytes for part in self.parts) + sum(relation.nbytes for relation in self.unique)
+
     # -- before the first step --------------------------------------------------------------------------------------
 
     def prepare(self, *, debug: bool = False) -> Plan:
@@ -192,7 +197,7 @@ class Analysis:
         self.clock.dt, self.clock.last_step = dt, last
         calls = schedule(self._relations, self.plan.clear, batches=not debug)
         rows = [Row(call.label) for call in calls]
-        report = self.report = Report(rows, nbytes=sum(part.nbytes for part in self.parts))
+        report = self.report = Report(rows, nbytes=self.nbytes)
         report.storages = {part.name: part.bonds.storage for part in self.parts if part.connected}
         report.prepare_seconds = time.perf_counter() - begin
         hooks = registry().manager.hook

@@ -133,6 +133,11 @@ class Relation:
         """Those among them that the last call has looked at: all, unless some have nothing to say."""
         return self.items()
 
+    @property
+    def nbytes(self) -> int:
+        """Bytes of what the relation keeps beside the fields, as far as that grows with the part."""
+        return 0
+
     def batch_key(self) -> Hashable:
         """Relations with equal keys can be applied by one call of `batch`; None (default) for one that cannot.
 

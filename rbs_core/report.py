@@ -44,7 +44,7 @@ class Report:
         seconds: wall time of the steps, s.
         prepare_seconds: wall time of checking, allocating and compiling, s.
         stopped: "finished", "interrupted", or "failed" where the run ended in an error.
-        nbytes: memory of all fields and bonds, bytes.
+        nbytes: memory of all fields and bonds, and of what the relations keep beside them, bytes.
         storages: how the bonds of each part are stored, by its name.
     """
 
@@ -69,7 +69,7 @@ class Report:
             lines.append(f"{number:>2} {row.name:<{width}}  {cost}".rstrip())
         lines.append(
             f"{self.steps} steps in {self.seconds:.2f} s (prepared in {self.prepare_seconds:.2f} s), {self.stopped} at "
-            f"step {self.step}, time {self.time:.6g} s; fields and bonds hold {self.nbytes / 2**20:.1f} MiB"
+            f"step {self.step}, time {self.time:.6g} s; fields, bonds and relations hold {self.nbytes / 2**20:.1f} MiB"
         )
         if self.storages:
             stored = [f"'{name}' as {storage}" for name, storage in self.storages.items()]

@@ -29,7 +29,7 @@ def families(
     Args:
         owner: name of the part, for messages.
         positions: (n, d), m.
-        place: the grid that the nodes were laid on and their cells in it, None for nodes from elsewhere.
+        place: the grid that the nodes were laid on, None for nodes from elsewhere, and their cells in it, None for all.
         horizon: m.
         storage: "list", "lattice", or None for what suits the nodes.
         real: type of bond fields of real numbers.
@@ -40,8 +40,9 @@ def families(
     if storage not in (*STORAGES, None):
         raise BadInput(f"part '{owner}': storage={storage!r} must be one of {', '.join(STORAGES)} or None")
     grid, cells = place
+    cells = np.arange(len(positions)) if cells is None else cells
     # somebody may have moved the nodes off the grid since
-    if grid is None or cells is None or not np.array_equal(positions, grid.points()[cells]):
+    if grid is None or not np.array_equal(positions, grid.points()[cells]):
         if storage == "lattice":
             raise BadInput(
                 f"part '{owner}': its nodes are not those of a regular grid, which storage='lattice' needs: use "

@@ -76,7 +76,8 @@ class Bonds:
 
     def counts(self) -> NDArray[np.int64]:
         """(n,) number of neighbors of each node."""
-        return np.diff(self._offsets())
+        # to be looked at once, when the part is connected: not worth the memory to keep the offsets of a lattice
+        return np.diff(self.stored.offsets() if self._first is None else self._first)
 
     def neighbors(self, node: int) -> NDArray[Any]:
         """Neighbors of a node, ascending."""

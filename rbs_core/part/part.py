@@ -68,7 +68,7 @@ class Part:
         self.area: float | None = None
         self.grid: Grid | None = None
         self._made = (0, 0)  # how often nodes and bonds were made
-        self._cells: NDArray[np.int64] | None = None
+        self._cells: NDArray[np.int64] | None = None  # of the grid that hold nodes; None if all do
         self._bonds: Bonds | None = None
         self._nodes: FieldStore | None = None
         self._values = FieldStore(f"part '{name}'", "part", None, dimension)
@@ -106,7 +106,7 @@ class Part:
                 f"{self.geometry!r}: use a smaller spacing or check the geometry"
             )
         self._place(points[inside], grid.cell_volume(across))
-        self.spacing, self.grid, self._cells = float(spacing), grid, np.flatnonzero(inside)
+        self.spacing, self.grid, self._cells = float(spacing), grid, None if inside.all() else np.flatnonzero(inside)
         return self
 
     def place(
@@ -315,7 +315,8 @@ class Part:
     @property
     def nbytes(self) -> int:
         """Bytes of all fields and bonds."""
-        return (self._nodes.nbytes if self._nodes else 0) + (self._bonds.nbytes if self._bonds else 0)
+        cells = 0 if self._cells is None else self._cells.nbytes
+        return cells + (self._nodes.nbytes if self._nodes else 0) + (self._bonds.nbytes if self._bonds else 0)
 
 
 class Nodes:

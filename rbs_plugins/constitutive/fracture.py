@@ -159,11 +159,16 @@ class Damage(Measure):
 
     def attach(self) -> None:
         stored = self.part.bonds.stored
-        self._loops = damage_loops(stored, self.raw(intact), self[volume], self[damage])
+        self._loops, self._kept = damage_loops(stored, self.raw(intact), self[volume], self[damage])
 
     def apply(self, clock: Clock) -> None:
         for loop in self._loops:
             loop()
+
+    @property
+    def nbytes(self) -> int:
+        """Volumes in the order in which the loops want them."""
+        return getattr(self, "_kept", 0)
 
     def items(self) -> int:
         return len(self.part.bonds)

@@ -331,6 +331,11 @@ class PairwiseForce(Constitutive):
         self._loops.stiffness(out)
         return 2.0 * out / self.part[density]
 
+    @property
+    def nbytes(self) -> int:
+        """Positions of the last forces, as the loops want them."""
+        return self._loops.nbytes if hasattr(self, "_loops") else 0
+
     def items(self) -> int:
         return len(self.part.bonds)
 

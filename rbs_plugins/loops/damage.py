@@ -27,20 +27,23 @@ def broken_share_of_rows(begin, end, thread, offsets, neighbors, intact, volume,
     return 0
 
 
-def damage_loops(stored: Storage, intact: NDArray[Any], volume: NDArray[Any], out: NDArray[Any]) -> list[Loop]:
-    """The loops that write damage (n,), one after the other, for bonds as they are stored; intact as the store has it.
+def damage_loops(
+    stored: Storage, intact: NDArray[Any], volume: NDArray[Any], out: NDArray[Any]
+) -> tuple[list[Loop], int]:
+    """The loops that write damage (n,), one after the other, and the bytes that they keep.
 
-    A lattice wants volumes by cell: they are copied in front, as a relation may have changed them.
+    Bonds are as they are stored, and intact as the store has it. A lattice wants volumes by cell: they are copied in
+    front, as a relation may have changed them.
     """
     if isinstance(stored, Lattice):
         held = Cells(stored)
         by_cell = held.padded(volume, np.float64)
         arguments = {**held.tables, "present": stored.present, "bits": intact, "volume": by_cell, "out": out,
                      "scratch": scratch("float64")}  # fmt: skip
-        return [
-            held.carry(volume, by_cell),
-            Loop(Text.of(cells.broken_share), "broken_share", arguments, held.ranges, len(stored)),
-        ]
+        share = Loop(Text.of(cells.broken_share), "broken_share", arguments, held.ranges, len(stored))
+        return [held.carry(volume, by_cell), share], by_cell.nbytes
     offsets, neighbors = stored.as_rows()
     arguments = {"offsets": offsets, "neighbors": neighbors, "intact": intact, "volume": volume, "out": out}
-    return [Loop(Text.of(broken_share_of_rows), "broken_share_of_rows", arguments, row_ranges(len(out)), len(stored))]
+    return [
+        Loop(Text.of(broken_share_of_rows), "broken_share_of_rows", arguments, row_ranges(len(out)), len(stored))
+    ], 0

@@ -257,6 +257,14 @@ class LatticeLoops:
         self._loop("stiffness", out=out, bits=self._stored.present, alive=everything)()
 
     @property
+    def nbytes(self) -> int:
+        """Bytes of what belongs to these loops alone."""
+        energy = 0 if self._energy is None else self.position.nbytes
+        names = ("u", "before", "volume", "alive", "failed")
+        held = [self._inputs[name] for name in names if isinstance(self._inputs.get(name), np.ndarray)]
+        return energy + self._moved.nbytes + sum(array.nbytes for array in held)
+
+    @property
     def kind(self) -> Hashable:
         """Loops of the same kind can be merged."""
         return tuple(loop.kind for loop in (self._survey, *self._carries, self._gather, self._force, *self._breaking))

@@ -221,6 +221,12 @@ class RowLoops:
         self._loop("stiffness", out=out)()
 
     @property
+    def nbytes(self) -> int:
+        """Bytes of what belongs to these loops alone."""
+        copies = 1 + ("before" in self._inputs) + (self._energy is not None)
+        return copies * self.position.nbytes + self._ranges.nbytes
+
+    @property
     def kind(self) -> Hashable:
         """Loops of the same kind can be merged."""
         return self._move.kind, self._force.kind

@@ -40,7 +40,8 @@ def test_the_table_says_where_the_time_went():
     assert force.split() == ["1", "BondBased", "'bar'", "50", "3.000", "75.0%", "200.0", "25%"]
     assert stored == "bonds stored: 'bar' as list"
     assert sentence == (
-        "100 steps in 4.00 s (prepared in 0.50 s), finished at step 400, time 2e-06 s; fields and bonds hold 3.0 MiB"
+        "100 steps in 4.00 s (prepared in 0.50 s), finished at step 400, time 2e-06 s; "
+        "fields, bonds and relations hold 3.0 MiB"
     )
 
 

@@ -155,7 +155,9 @@ def test_two_threads_find_what_one_finds(rng):
         before = numba.get_num_threads()
         numba.set_num_threads(threads)
         try:
-            grid = search.lattice_rows(ball.positions, ball._cells, ball.grid.shape, 0.04, 0.12)
+            grid = search.lattice_rows(
+                ball.positions, np.flatnonzero(ball.geometry.contains(ball.grid.points())), ball.grid.shape, 0.04, 0.12
+            )
             return [array.tobytes() for array in (*search.cloud_rows(points, 0.2), *grid)]
         finally:
             numba.set_num_threads(before)

@@ -18,7 +18,7 @@ def test_against_the_definition(storage, shape, rng):
     pairs = np.array(list(part.bonds))
     holds = (pairs.min(axis=1) * 7 + pairs.max(axis=1)) % 3 > 0  # the same from both ends
     part[intact], part[damage] = holds, 0.5
-    for loop in damage_loops(part.bonds.stored, part.raw(intact), part[volume], part[damage]):
+    for loop in damage_loops(part.bonds.stored, part.raw(intact), part[volume], part[damage])[0]:
         loop()
     total = np.bincount(pairs[:, 0], part[volume][pairs[:, 1]], len(part))
     left = np.bincount(pairs[:, 0], part[volume][pairs[:, 1]] * holds, len(part))
@@ -29,6 +29,6 @@ def test_a_node_without_bonds_has_no_damage():
     with pytest.warns(UserWarning, match="no bond"):
         part = rbs.Part("body", rbs.Box(size=1.0)).discretize(1.0).connect(2.0)
     part[damage] = 1.0
-    for loop in damage_loops(part.bonds.stored, part.raw(intact), part[volume], part[damage]):
+    for loop in damage_loops(part.bonds.stored, part.raw(intact), part[volume], part[damage])[0]:
         loop()
     assert part[damage].tolist() == [0.0]
