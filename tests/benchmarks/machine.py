@@ -36,6 +36,11 @@ def _gather(table, places, sums):
         sums[lane] = total
 
 
+def spread(seconds: list[float]) -> dict[str, float]:
+    """Best, median and largest of measured seconds."""
+    return {"best": min(seconds), "median": statistics.median(seconds), "largest": max(seconds)}
+
+
 def sample(function: Callable[[], object], repeats: int) -> dict[str, float]:
     """Seconds of a call: best, median and largest of the repeats, after one call that does not count."""
     function()
@@ -44,7 +49,7 @@ def sample(function: Callable[[], object], repeats: int) -> dict[str, float]:
         begin = time.perf_counter()
         function()
         seconds.append(time.perf_counter() - begin)
-    return {"best": min(seconds), "median": statistics.median(seconds), "largest": max(seconds)}
+    return spread(seconds)
 
 
 def limits(threads: int) -> dict[str, float]:
