@@ -22,7 +22,7 @@ from rbs_core.relation import Relation
 from rbs_core.report import Progress, Report, Row, log
 from rbs_core.schedule import Call, schedule
 from rbs_core.stability import UNKNOWN_STEP, largest_stable_step
-from rbs_core.trigger import Clock
+from rbs_core.trigger import Clock, last_step
 
 
 class Analysis:
@@ -187,7 +187,9 @@ class Analysis:
         begin = time.perf_counter()
         self.prepare(debug=debug)
         dt = self._time_step(self._wanted_dt(dt, resume), force_dt)
-        last = self._last_step(steps, until, dt)
+        if steps is None and until is None:
+            steps, until = self.steps, self.until
+        last = last_step(steps, until, dt)
         if self.clock.step == 0:
             self.given = checkpoint.given_values(self)
             for relation in self.unique:
@@ -235,6 +237,7 @@ class Analysis:
             with ExitStack() as ends:
                 ends.callback(registry().manager.hook.rbs_analysis_finished, analysis=self, report=report)
                 for relation in reversed(self.unique):
+                    relation.starts = frozenset()
                     ends.callback(relation.close)
         except Exception as error:
             if failed is None:
@@ -308,22 +311,6 @@ class Analysis:
         if limit is not None and dt > limit.dt and not force:
             raise limit.refusal(dt)
         return float(dt)
-
-    def _last_step(self, steps: int | None, until: float | None, dt: float) -> int:
-        if steps is None and until is None:
-            steps, until = self.steps, self.until
-        ends = []
-        if steps is not None:
-            if not math.isfinite(steps) or steps != int(steps) or steps < 0:
-                raise BadInput(f"steps={steps} must be a whole number, not negative")
-            ends.append(int(steps))
-        if until is not None:
-            if not (math.isfinite(until) and until >= 0):
-                raise BadInput(f"until={until} must be a time in s, not negative")
-            ends.append(math.ceil(until / dt * (1 - 1e-12)))
-        if not ends:
-            raise BadInput("say how long to run: steps=... or until=...")
-        return min(ends)
 
     def _save_now(self) -> None:
         for position, relation in enumerate(self._relations):

@@ -91,6 +91,7 @@ class Relation:
         self._offered: frozenset[Key] = frozenset()
         self._changed: frozenset[Key] | None = None
         self._strict = False
+        self.starts: frozenset[Key] = frozenset()
         self._scene: Sequence[Relation] = ()
 
     # -- what a subclass overrides ----------------------------------------------------------------------------------
@@ -132,6 +133,13 @@ class Relation:
     def visited(self) -> int:
         """Those among them that the last call has looked at: all, unless some have nothing to say."""
         return self.items()
+
+    def can_start(self, key: Key) -> bool:
+        """True if `apply` can set a field that it adds to, without looking at what it holds.
+
+        Where it is the first that adds, the field need not be cleared then: during a run `starts` names such fields.
+        """
+        return False
 
     @property
     def nbytes(self) -> int:

@@ -6,6 +6,7 @@ goes part by part can be done kind by kind, and a thousand small parts cost one 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -77,6 +78,7 @@ def schedule(relations: Sequence[Relation], clear: Mapping[int, Sequence[Key]], 
         batches: whether relations may be done together.
     """
     calls = [Call(position, [relation], list(clear.get(position, ()))) for position, relation in enumerate(relations)]
+    _start_sums(calls)
     keys = [relation.batch_key() if batches and relation.when == always else None for relation in relations]
     shared = [key for key in keys if key is not None]
     if len(set(shared)) == len(shared):
@@ -88,6 +90,17 @@ def schedule(relations: Sequence[Relation], clear: Mapping[int, Sequence[Key]], 
         return calls
     ordered = sorted(groups.items(), key=lambda item: (item[0][0], item[1][0].position))  # type: ignore[index]
     return [_merged(group) for _, group in ordered]
+
+
+def _start_sums(calls: list[Call]) -> None:
+    """Tells relations that can set a sum instead of adding to it: it needs no clearing then."""
+    places = Counter(call.relations[0] for call in calls)
+    for call in calls:
+        relation = call.relations[0]
+        alone = places[relation] == 1 and relation.when == always
+        started = [key for key in call.clear if alone and relation.can_start(key)]
+        relation.starts = frozenset(started)
+        call.clear = [key for key in call.clear if key not in relation.starts]
 
 
 def _merged(group: list[Call]) -> Call:

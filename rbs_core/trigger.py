@@ -35,6 +35,26 @@ class Clock:
         self.time = self.step * self.dt
 
 
+def last_step(steps: int | None, until: float | None, dt: float) -> int:
+    """Number of the last step of a run: so many steps, or the first that ends at or after a time, s; the earlier one.
+
+    Raises:
+        BadInput: if neither is given, or one is negative or no number.
+    """
+    ends = []
+    if steps is not None:
+        if not math.isfinite(steps) or steps != int(steps) or steps < 0:
+            raise BadInput(f"steps={steps} must be a whole number, not negative")
+        ends.append(int(steps))
+    if until is not None:
+        if not (math.isfinite(until) and until >= 0):
+            raise BadInput(f"until={until} must be a time in s, not negative")
+        ends.append(math.ceil(until / dt * (1 - 1e-12)))
+    if not ends:
+        raise BadInput("say how long to run: steps=... or until=...")
+    return min(ends)
+
+
 class Trigger:
     """A named yes-or-no function of the clock."""
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rbs_core import BadInput, BadLaw, Constitutive, Field, NotFinite, Part, Relation, Trigger, always
 from rbs_core.honesty import not_finite
 from rbs_core.part import Lattice
+from rbs_core.relation import Key
 from rbs_core.trigger import Clock
 from rbs_plugins.constitutive.corrections import set_partial_volume
 from rbs_plugins.constitutive.fracture import Criterion
@@ -274,8 +275,11 @@ class PairwiseForce(Constitutive):
     def apply(self, clock: Clock) -> None:
         self._called = True
         self._now = [clock.time, clock.dt]
-        if not self._loops.force(*self._now):
+        if not self._loops.force(clock.time, clock.dt, bool(self.starts)):
             raise self._blame()
+
+    def can_start(self, key: Key) -> bool:
+        return isinstance(self._loops, LatticeLoops)
 
     def batch_key(self) -> Hashable:
         small = len(self.part) < BATCH_BELOW and not self.wants(dissipation_density)
@@ -287,12 +291,14 @@ class PairwiseForce(Constitutive):
         merged = self._loops.merged(every)
 
         now = [0.0, 0.0]  # one for all
+        start: Any = np.array([bool(force.starts) for force in forces])
+        start = start if start.any() else False
         for force in forces:
             force._called, force._now = True, now
 
         def apply(clock: Clock) -> None:
             now[:] = clock.time, clock.dt
-            if not merged.force(clock.time, clock.dt):
+            if not merged.force(clock.time, clock.dt, start):
                 wrong = [each for each in forces if not np.isfinite(each[force_density]).all()]
                 raise (wrong or forces)[0]._blame()
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import inf
+
 
 def gather(begin, end, thread, source, target, cells, first, moved):
     """Copies rows (n, d) of nodes to cells (d, size), and says for each range whether anything is not zero."""
@@ -39,25 +41,52 @@ def carry(begin, end, thread, source, target, cells):
     return 0
 
 
-HOLDS, MAY_FAIL = 1, 2
+def finish(begin, end, thread, targets, out, cell, start, cells, first, margin, last, chunk):
+    """Adds sums by cell (s, size), times `cell`, to rows (n, s) of nodes (sets the rows, if `start`), and clears them.
+
+    Answers 1 if any sum is not finite.
+    """
+    wrong = 0
+    for c in range(begin, end):
+        a = margin + c * chunk
+        e = min(a + chunk, last)
+        for k in range(out.shape[1]):
+            row = targets[k]
+            for i in range(first[c], first[c + 1]):
+                value = row[cells[i]]
+                wrong = wrong | (not (abs(value) < inf))
+                out[i, k] = value * cell if start != 0 else out[i, k] + value * cell
+            row[a:e] = 0
+    return wrong
 
 
-def survey(begin, end, thread, bits, zone, steps, masks, alive, failed, margin, last, width, chunk):
-    """Says for each range and step whether any bond holds, and may fail, ahead or back; forgets which have failed."""
+def finish_dense(begin, end, thread, targets, out, cell, start, first, margin):
+    """The same where every cell holds a node."""
+    wrong = 0
+    for c in range(begin, end):
+        rows = out[first[c] : first[c + 1]]
+        for k in range(out.shape[1]):
+            row = targets[k, first[c] + margin : first[c + 1] + margin]
+            for q in range(row.size):
+                value = row[q]
+                wrong = wrong | (not (abs(value) < inf))
+                row[q] = 0
+                rows[q, k] = value * cell if start != 0 else rows[q, k] + value * cell
+    return wrong
+
+
+def survey(begin, end, thread, bits, steps, masks, alive, failed, margin, last, width, chunk):
+    """Says for each range and step whether any bond ahead holds; forgets which steps have failed."""
     for c in range(begin, end):
         a = margin + c * chunk
         e = min(a + chunk, last)
         for k in range(steps.size):
             failed[c, k] = 0
-            word, s, mask = k // width, steps[k], masks[k]
-            ahead, back = bits[word, a:e], bits[word, a - s : e - s]
-            zone_ahead, zone_back = zone[word, a:e], zone[word, a - s : e - s]
-            some = ahead[0] & mask
-            weak = some & zone_ahead[0]
-            for q in range(ahead.size):
-                some = some | ((ahead[q] | back[q]) & mask)
-                weak = weak | (((ahead[q] & zone_ahead[q]) | (back[q] & zone_back[q])) & mask)
-            alive[c, k] = HOLDS * (some != 0) + MAY_FAIL * (weak != 0)
+            mask, row = masks[k], bits[k // width, a:e]
+            some = row[0] & mask
+            for q in range(row.size):
+                some = some | (row[q] & mask)
+            alive[c, k] = some != 0
     return 0
 
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from rbs_core.part import Lattice
 from rbs_core.part.storage import Storage
 from rbs_plugins.loops import cells
-from rbs_plugins.loops.lattice import Cells, scratch
 from rbs_plugins.loops.loop import Loop, Text
+from rbs_plugins.loops.ranges import Cells, scratch
 from rbs_plugins.loops.rows import row_ranges
 
 

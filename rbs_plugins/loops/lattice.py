@@ -3,86 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Hashable, Sequence
-from functools import cache
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from rbs_core import BadInput
 from rbs_core.part import Lattice, Part
 from rbs_plugins.loops import cells, lattice_text
-from rbs_plugins.loops.lattice_text import CHUNK
 from rbs_plugins.loops.loop import Loop, Text
+from rbs_plugins.loops.ranges import Cells, scratch
 from rbs_plugins.loops.recipe import Recipe
-
-ALIGNMENT = 64  # bytes, of the widest vectors
-
-
-@cache
-def scratch(kind: str) -> NDArray[Any]:
-    """Room for the sums of one range per thread, shared by all loops: a loop fills it anew in every range.
-
-    The rows begin where vectors of the machine do. The fourth one keeps threads apart: what one is about to load ahead
-    of itself must not be what another one stores.
-    """
-    shape = (getattr(numba.config, "NUMBA_NUM_THREADS", 1), 4, CHUNK)
-    room = np.zeros(int(np.prod(shape)) * np.dtype(kind).itemsize + ALIGNMENT, np.uint8)
-    begin = -room.ctypes.data % ALIGNMENT
-    return room[begin : begin + len(room) - ALIGNMENT].view(kind).reshape(shape)
-
-
-class Cells:
-    """The ranges of a lattice and the tables that its loops share.
-
-    Attributes:
-        ranges: (c, 2) tasks, one for each range of CHUNK cells.
-        first: (c+1,) first node of each range.
-        reach: how many ranges the longest step can cross.
-        tables: what the loops take, by name; numbers as `margin`, too.
-    """
-
-    def __init__(self, stored: Lattice, real: Any = np.float64) -> None:
-        self.stored = stored
-        count = -(-(stored.size - 2 * stored.margin) // CHUNK)
-        self.ranges = np.stack([np.arange(count), np.arange(1, count + 1)], axis=1)
-        edges = stored.margin + CHUNK * np.arange(count + 1)
-        self.first = np.searchsorted(stored.cells, edges).astype(np.int64)
-        self.reach = -(-stored.margin // CHUNK)
-        shifts = np.arange(len(stored.steps)) % stored.width
-        self.tables: dict[str, Any] = {
-            "steps": stored.steps,
-            "vectors": np.ascontiguousarray(stored.vectors * stored.spacing, real),
-            "masks": (1 << shifts.astype(np.uint64)).astype(stored.present.dtype),
-            "sizes": stored.lengths.astype(real),
-            "inverses": (1.0 / stored.lengths).astype(real),
-            "cells": stored.cells,
-            "first": self.first,
-            "margin": stored.margin,
-            "last": stored.size - stored.margin,
-            "width": stored.width,
-            "chunk": CHUNK,
-            "settled": 0,
-        }
-
-    def padded(self, values: NDArray[Any], real: Any) -> NDArray[Any]:
-        """(size,) values of nodes at their cells, zero elsewhere."""
-        result = np.zeros(self.stored.size, real)
-        result[self.stored.cells] = values
-        return result
-
-    def carry(self, source: NDArray[Any], target: NDArray[Any]) -> Loop:
-        """The loop that copies values of nodes (n,) to their cells (size,)."""
-        arguments = {"source": source, "target": target, "cells": self.stored.cells}
-        return Loop(Text.of(cells.carry), "carry", arguments, len(self.stored.cells))
-
-    def near(self, moved: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Ranges that a bond connects with a range where something is true."""
-        before = np.concatenate([[0], np.cumsum(moved)])
-        place = np.arange(len(moved))
-        low, high = np.maximum(place - self.reach, 0), np.minimum(place + self.reach + 1, len(moved))
-        return np.asarray(before[high] > before[low])
 
 
 class LatticeLoops:
@@ -110,40 +41,44 @@ class LatticeLoops:
         self._recipe, self._stored, self._quiet, self._name = recipe, stored, quiet, part.name
         self._real = inputs["out"].dtype
         self._cells = Cells(stored, self._real)
+        self._color, self._everything = self._cells.color, False
         count = len(self._cells.ranges)
-        self._moved = np.zeros(count, np.bool_)
+        self._moved, self._busy = np.zeros(count, np.bool_), np.ones(count, np.bool_)
         self._alive = np.zeros((count, max(len(stored.steps), 1)), np.uint8)
         self.position = np.zeros((part.dimension, stored.size), self._real)
+        self._targets = np.zeros_like(self.position)
         by_cell = self._of_cells(inputs)
         self._inputs: dict[str, Any] = {
             **by_cell,
             **self._cells.tables,
             "u": self.position,
+            "targets": self._targets,
             "bits": inputs.get("intact", stored.present),
+            "busy": self._busy.view(np.uint8),
             "alive": self._alive,
             "failed": np.zeros_like(self._alive),
             "scratch": scratch(self._real.name),
         }
-        # where no bond is spared, those that hold are those that may fail
-        self._inputs["zone"] = inputs["breakable"] if recipe.breakable else self._inputs["bits"]
+        if recipe.breakable:
+            self._inputs["zone"] = inputs["breakable"]
         if recipe.dissipation:
             self._inputs["before"] = np.zeros_like(self.position)
-        self._survey = self._fixed(cells.survey)
+        self._survey = self._of_ranges(cells.survey)
         self._carries = [
             self._cells.carry(inputs[each], by_cell[each])
             for each in changing
             if by_cell.get(each) is not inputs.get(each)
         ]
         self._gather = self._gatherer(self.position)
-        self._force = self._loop("force")
-        self._breaking = [self._loop(name) for name in ("record", "release") if name in self._needed]
-        self._energy: Loop | None = None
+        self._force, self._finish = self._sweep("force"), self._finisher(self._inputs["out"])
+        self._release = None if recipe.criterion is None else self._sweep("release")
+        self._record: tuple[Loop, Loop] | None = None
+        if recipe.dissipation:
+            self._record = self._sweep("record", targets=self._targets[:1]), self._finisher(inputs["dissipation"])
+        self._energy: tuple[Loop, Loop, Loop] | None = None
         self._count = self.visited = len(stored)
 
-    @property
-    def _needed(self) -> list[str]:
-        r = self._recipe
-        return [*(["record"] if r.dissipation else []), *(["release"] if r.criterion is not None else [])]
+    # -- what the loops take ----------------------------------------------------------------------------------------
 
     def _of_cells(self, inputs: dict[str, Any]) -> dict[str, Any]:
         """Arrays of nodes by cell, numbers in the precision of the fields."""
@@ -167,18 +102,27 @@ class LatticeLoops:
             )
         return self._real.type(value)
 
-    def _loop(self, name: str, **other: Any) -> Loop:
-        text = lattice_text.text(name, self._recipe.bare, self._stored.dense)
-        return Loop(text, name, {**self._inputs, **other}, self._cells.ranges, len(self._stored))
+    def _sweep(self, name: str, **other: Any) -> Loop:
+        """A loop over bonds, stripe by stripe."""
+        text = lattice_text.text(name, self._recipe.bare)
+        return Loop(text, name, {**self._inputs, **other}, self._cells.stripes, len(self._stored))
 
-    def _fixed(self, function: Any, **other: Any) -> Loop:
+    def _of_ranges(self, function: Any, **other: Any) -> Loop:
         inputs = {**self._inputs, **other}
         return Loop(Text.of(function), function.__name__, inputs, self._cells.ranges, len(self._stored))
 
     def _gatherer(self, target: NDArray[Any]) -> Loop:
         function = cells.gather_dense if self._stored.dense else cells.gather
         moved = self._moved.view(np.uint8)
-        return self._fixed(function, source=self._inputs["displacement"], target=target, moved=moved)
+        return self._of_ranges(function, source=self._inputs["displacement"], target=target, moved=moved)
+
+    def _finisher(self, out: NDArray[Any]) -> Loop:
+        """What brings sums by cell to the nodes."""
+        function = cells.finish_dense if self._stored.dense else cells.finish
+        rows = out.reshape(len(out), -1)
+        return self._of_ranges(function, targets=self._targets[: rows.shape[1]], out=rows)
+
+    # -- work -------------------------------------------------------------------------------------------------------
 
     def _carry(self) -> None:
         """Brings fields of nodes that have changed to their cells."""
@@ -187,63 +131,92 @@ class LatticeLoops:
 
     def begin(self) -> None:
         """Looks at the bonds that there are when a run begins."""
-        self._survey()
+        self._look_at_bonds()
+
+    def _look_at_bonds(self, tasks: NDArray[np.int64] | None = None) -> None:
+        self._survey(tasks)
+        if not self._everything:
+            self._holding: NDArray[np.bool_] = self._alive.any(axis=1)
+            self._at_most = self._with_stripes(self._holding)
+
+    def _with_stripes(self, busy: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], ...]:
+        """Ranges that begin bonds, the stripes that hold them, and the ranges to which these bonds lead."""
+        return busy, self._cells.in_stripes(busy), self._cells.ahead(busy)
 
     def start(self) -> None:
         """Takes the present displacement for that of the last force."""
         self._gather()
 
-    def force(self, time: float, dt: float) -> bool:
-        """Adds the force density of the present displacement to "out"; False if it is not finite."""
+    def _by_color(self, loop: Loop, work: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Does the stripes that have work; which of them have answered something."""
+        answered = np.zeros(len(work), np.bool_)
+        for color in (0, 1):
+            chosen = np.flatnonzero(work & (self._color == color))
+            if len(chosen):
+                answered[chosen] = loop(loop.tasks[chosen]) != 0
+        return answered
+
+    def _look(self) -> tuple[NDArray[np.bool_], NDArray[np.int64] | None]:
+        """Finds ranges with bonds that may feel something: stripes that hold them, ranges that they lead to."""
+        if self._everything:
+            return np.ones(len(self._color), np.bool_), None
+        found = self._at_most
+        if self._quiet and not self._moved.all():
+            found = self._with_stripes(self._holding & self._cells.behind(self._moved))
+        self._busy[:], work, touched = found
+        self.visited = self._count * int(np.count_nonzero(self._busy)) // max(len(self._busy), 1)
+        return work, self._finish.tasks[touched]
+
+    def force(self, time: float, dt: float, start: bool | NDArray[np.bool_] = False) -> bool:
+        """Adds the force density of the present displacement to "out", or sets it; False if it is not finite."""
         if "before" in self._inputs:
             self.position, old = self._inputs["before"], self.position
             self._inputs.update(u=self.position, before=old)
-            for loop in (self._force, *self._breaking):
+            for loop in (self._force, self._release, *(self._record or ())[:1]):
                 loop.set(u=self.position, before=old)
             self._gather.set(target=self.position)
         self._carry()
         self._gather()
-        tasks = self._busy()
-        self.visited = self._count * len(tasks) // max(len(self._force.tasks), 1)
+        work, touched = self._look()
         self._force.set(time=time, dt=dt)
-        answers = self._force(tasks)
-        failing = tasks[(answers & 1) != 0]
-        finite = not (answers & 2).any()
-        if len(failing):
-            failing = failing.copy()
-            for loop in self._breaking:
-                loop.set(time=time, dt=dt)
-                loop(failing)
-            self._survey(failing)
-            if not self._recipe.late:
-                self._force.set(settled=1)
-                finite = not (self._force(failing) & 2).any() and finite
-                self._force.set(settled=0)
+        failing = self._by_color(self._force, work)
+        self._finish.set(start=start)
+        finite = not self._finish(None if np.any(start) else touched).any()
+        if failing.any():
+            self._break(failing, time, dt)
         return finite
 
-    def _busy(self) -> NDArray[np.int64]:
-        """Ranges with bonds, and, of a law that is quiet at rest, something displaced within reach."""
-        busy = self._alive.any(axis=1)
-        if self._quiet:
-            busy &= self._cells.near(self._moved)
-        return self._force.tasks[busy]
+    def _break(self, failing: NDArray[np.bool_], time: float, dt: float) -> None:
+        """Records and breaks the bonds of these stripes that fail now."""
+        assert self._release is not None
+        if self._record is not None:
+            record, finish = self._record
+            record.set(time=time, dt=dt)
+            self._by_color(record, failing)
+            finish(finish.tasks[self._cells.ahead(np.repeat(failing, np.diff(self._cells.stripes)[:, 0]))])
+        self._release.set(time=time, dt=dt)
+        self._by_color(self._release, failing)
+        self._look_at_bonds(self._release.tasks[failing])
 
     def prepare_energy(self, out: NDArray[Any]) -> None:
         """Compiles the loop for energies."""
         # displacements of its own: those of the force must stay what they were at its last call
         target = np.zeros_like(self.position)
-        self._energy_gather = self._gatherer(target)
-        self._energy = self._loop("energy", u=target, out=out)
+        sweep = self._sweep("energy", u=target, targets=self._targets[:1], busy=np.ones_like(self._busy, np.uint8))
+        self._energy = self._gatherer(target), sweep, self._finisher(out)
 
     def energy(self, out: NDArray[Any], time: float, dt: float) -> None:
         """Adds the strain energy density (n,) of the present displacement."""
         if self._energy is None:
             self.prepare_energy(out)
         assert self._energy is not None
-        self._energy.set(out=out, time=time, dt=dt)
+        gather, sweep, finish = self._energy
         self._carry()
-        self._energy_gather()
-        self._energy()
+        gather()
+        sweep.set(time=time, dt=dt)
+        self._by_color(sweep, np.ones(len(self._color), np.bool_))
+        finish.set(out=out.reshape(len(out), 1))
+        finish()
 
     def stiffness(self, out: NDArray[np.float64]) -> None:
         """Adds Σ |d law / d stretch| β V / |ξ| at rest, (n,)."""
@@ -253,35 +226,42 @@ class LatticeLoops:
             out += self._stored.weigh(slopes / self._stored.lengths * shares) * float(self._inputs["cell"])
             return
         self._carry()
-        everything = np.ones_like(self._alive)
-        self._loop("stiffness", out=out, bits=self._stored.present, alive=everything)()
+        everything = {"alive": np.ones_like(self._alive), "busy": np.ones_like(self._busy, np.uint8)}
+        sweep = self._sweep("stiffness", bits=self._stored.present, targets=self._targets[:1], **everything)
+        self._by_color(sweep, np.ones(len(self._color), np.bool_))
+        self._finisher(out)()
 
     @property
     def nbytes(self) -> int:
         """Bytes of what belongs to these loops alone."""
         energy = 0 if self._energy is None else self.position.nbytes
-        names = ("u", "before", "volume", "alive", "failed")
+        names = ("u", "targets", "before", "volume", "alive", "failed")
         held = [self._inputs[name] for name in names if isinstance(self._inputs.get(name), np.ndarray)]
-        return energy + self._moved.nbytes + sum(array.nbytes for array in held)
+        return energy + self._moved.nbytes + self._busy.nbytes + sum(array.nbytes for array in held)
+
+    # -- several in one ---------------------------------------------------------------------------------------------
+
+    @property
+    def _mergeable(self) -> list[Loop]:
+        breaking = [] if self._release is None else [self._release]
+        return [self._survey, *self._carries, self._gather, self._force, self._finish, *breaking]
 
     @property
     def kind(self) -> Hashable:
         """Loops of the same kind can be merged."""
-        return tuple(loop.kind for loop in (self._survey, *self._carries, self._gather, self._force, *self._breaking))
+        return tuple(loop.kind for loop in self._mergeable)
 
     def merged(self, every: Sequence[LatticeLoops]) -> LatticeLoops:
         """The loops of several forces in one; without record of dissipation, and nothing is skipped."""
-
-        def together(loops: Sequence[Loop]) -> Loop:
-            return loops[0].merged(loops[1:])
-
+        loops = [each._mergeable for each in every]
+        together = [same[0].merged(same[1:]) for same in zip(*loops, strict=True)]
+        for each in every:
+            each._busy[:] = True
         result = object.__new__(LatticeLoops)
-        result._inputs, result._quiet, result._recipe = {}, False, self._recipe
-        result._count = sum(each._count for each in every)
-        result._alive = np.ones((sum(len(each._alive) for each in every), 1), np.uint8)
-        result._survey = together([each._survey for each in every])
-        result._carries = [together(loops) for loops in zip(*(each._carries for each in every), strict=True)]
-        result._gather = together([each._gather for each in every])
-        result._force = together([each._force for each in every])
-        result._breaking = [together(loops) for loops in zip(*(each._breaking for each in every), strict=True)]
+        result._inputs, result._record, result._everything = {}, None, True
+        result._count = result.visited = sum(each._count for each in every)
+        result._color = np.concatenate([each._color for each in every])
+        release = together.pop() if self._release is not None else None
+        result._survey, *result._carries, result._gather, result._force, result._finish = together
+        result._release = release
         return result

@@ -1,9 +1,10 @@
 """Text of bond loops over a lattice: range of cells -> step -> cells.
 
-A step is the same distance for all cells, so the innermost loop runs over neighboring cells with unit stride, for the
-bond ahead and the bond back of one step together: no gathers, no branches, no stores but to sums that stay in cache.
-LLVM vectorises it without reordering any sum; everything here is strict arithmetic, so nothing depends on threads, and
-both ends of a bond get the same stretch to the bit.
+A step is the same distance for all cells, so the innermost loop runs over neighboring cells with unit stride: no
+gathers, no branches. Each bond is computed once, at the end from which it leads ahead, for both of its ends. What it
+gives the cell where it begins goes to sums of the range, which stay in the first cache; what it gives the cell to which
+it leads goes to `targets`, one entry per cell of the lattice, which a few ranges ahead are in use at a time. LLVM
+vectorises that without reordering any sum; everything here is strict arithmetic.
 
 With η = u_j - u_i the stretch is η·(ξ + d) / (|d| + |ξ|) / |ξ|, d = ξ + η: exact for small displacements, and exactly
 zero at rest. One division serves both this and the direction d / |d|.
@@ -15,40 +16,34 @@ from functools import cache
 
 from rbs_plugins.loops import roots
 from rbs_plugins.loops.arguments import Argument
-from rbs_plugins.loops.cells import MAY_FAIL
 from rbs_plugins.loops.loop import Text
 from rbs_plugins.loops.recipe import FAILS, SLOPE_STEP, Body, Recipe, indented, strict
 
 PLAIN = "@njit(error_model='numpy', no_cpython_wrapper=True, no_cfunc_wrapper=True)"
-SIDES = ("ahead", "back")
 # Cells of a range, all of whose sums stay in the first cache.
 CHUNK = 1024
 
 
 class LatticeBody(Body):
-    """Spelling of what belongs to a bond ahead (to cell + step) or back (to cell - step)."""
+    """Spelling of what belongs to the bond from cell q of a range to the cell ahead."""
 
     hints = {"intel512": ("widest()",)}
     inverse = "inverse"
     size = "size"
-    side = "ahead"
-    zoned = False  # whether each bond is asked if it may break
 
     def value(self, argument: Argument) -> str:
         if argument.kind == "bond":
             return f"table_{argument.array}"
-        return f"{'here' if argument.name.endswith('_i') else self.side}_{argument.array}[q]"
+        return f"{'here' if argument.name.endswith('_i') else 'ahead'}_{argument.array}[q]"
 
     @property
     def weight(self) -> str:
-        return (" * fraction" if self.recipe.fraction else "") + (
-            "" if self.recipe.uniform else f" * {self.side}_volume[q]"
-        )
+        return " * fraction" if self.recipe.fraction else ""
 
     @property
-    def sided(self) -> dict[str, str]:
-        """Padded arrays of node fields, and the ends at which they are needed."""
-        arrays = {} if self.recipe.uniform else {"volume": "j"}
+    def by_cell(self) -> dict[str, str]:
+        """Arrays of nodes by cell, and the ends at which they are needed."""
+        arrays = {} if self.recipe.uniform else {"volume": "ij"}
         for argument in self.used:
             if argument.kind == "node":
                 arrays[argument.array] = arrays.get(argument.array, "") + argument.name[-1]
@@ -60,41 +55,38 @@ class LatticeBody(Body):
         return list(dict.fromkeys(a.array for a in self.used if a.kind == "bond"))
 
     def lines(self, *wanted: str) -> list[str]:
-        """Kinematics of the bond of cell q on this side; `d`, `length`, `stretch` and `quotient` = 1 / length."""
-        sign = "x" if self.side == "ahead" else "y"
-        found = [f"e{k} = {self.side}{k}[q] - here{k}[q]" for k in self.axes]
-        kinematics = f"kinematics({self.each(sign + '{k}')}, {self.each('e{k}')}, size, inverse)"
+        """Kinematics of the bond and whether it holds: `d`, `length`, `stretch`, `quotient` = 1 / length, `holds`."""
+        found = [f"e{k} = ahead{k}[q] - here{k}[q]" for k in self.axes]
+        kinematics = f"kinematics({self.each('x{k}')}, {self.each('e{k}')}, size, inverse)"
         found.append(f"{self.each('d{k}')}, length, stretch, quotient = {kinematics}")
         names = {a.name for a in self.used} | set(wanted)
         if names & {"reference_length", "extension"}:
             found.append("reference_length = size")
         if "extension" in names:
             found.append("extension = stretch * size")
-        return found
-
-    @property
-    def held(self) -> list[str]:
-        """Says whether the bond holds."""
-        return [f"holds = ({self.side}_bits[q] & bit) != 0"]
+        return [*found, "holds = (here_bits[q] & bit) != 0"]
 
     @property
     def failing(self) -> str:
-        """Source of the question whether a bond that holds fails."""
-        return self.fails + (f" & (({self.side}_zone[q] & bit) != 0)" if self.zoned else "")
+        """Source of the question whether a bond fails now."""
+        return f"holds & {self.fails}" + (" & ((here_zone[q] & bit) != 0)" if self.recipe.breakable else "")
+
+    def both(self, value: str) -> list[str]:
+        """Lines that add a value, times the volume of the other end, to the sums of either end, if `counts` says so."""
+        here, ahead = ("", "") if self.recipe.uniform else (" * ahead_volume[q]", " * here_volume[q]")
+        return [
+            f"own0[q] = own0[q] + {value}{here} if counts else own0[q]",
+            f"other0[q] = other0[q] + {value}{ahead} if counts else other0[q]",
+        ]
 
     # -- the loops around -------------------------------------------------------------------------------------------
 
-    def _slices(self) -> list[tuple[str, str]]:
-        """Slices of padded arrays that the bonds of a step need, and their sources."""
-        ahead, back, here = "a + s:e + s", "a - s:e - s", "a:e"
-        found = [("ahead_bits", f"bits[word, {here}]"), ("back_bits", f"bits[word, {back}]")]
-        if self.zoned:
-            found += [("ahead_zone", f"zone[word, {here}]"), ("back_zone", f"zone[word, {back}]")]
-        for array, ends in self.sided.items():
-            found += [(f"here_{array}", f"{array}[{here}]")] if "i" in ends else []
-            found += (
-                [(f"ahead_{array}", f"{array}[{ahead}]"), (f"back_{array}", f"{array}[{back}]")] if "j" in ends else []
-            )
+    def _slices(self, zoned: bool) -> list[tuple[str, str]]:
+        """Slices of arrays by cell that the bonds of a step need, and their sources."""
+        found = [("here_bits", "bits[word, a:e]"), *([("here_zone", "zone[word, a:e]")] if zoned else [])]
+        for array, ends in self.by_cell.items():
+            found += [(f"here_{array}", f"{array}[a:e]")] if "i" in ends else []
+            found += [(f"ahead_{array}", f"{array}[a + s:e + s]")] if "j" in ends else []
         return found
 
     def _of_step(self) -> list[tuple[str, str]]:
@@ -104,147 +96,103 @@ class LatticeBody(Body):
         found += [("fraction", "volume_fraction[k]")] if self.recipe.fraction else []
         return found + [(f"table_{array}", f"{array}[k]") for array in self.tables]
 
-    def loop(
-        self,
-        name: str,
-        sums: list[str],
-        lines: list[str],
-        finish: list[str],
-        only: str,
-        noted: str = "",
-        old: bool = False,
-    ) -> str:
-        """The function of a loop.
+    def loop(self, name: str, sums: int, lines: list[str], only: str, zoned: bool = False, old: bool = False) -> str:
+        """The function of a loop over the ranges of a stripe; it answers 1 if some line has set `failing`.
 
         Args:
             name: of the function.
-            sums: arrays with one entry per cell of a range, each a row of `scratch`.
-            lines: for each cell q of a range and each step; they may set `failing`.
-            finish: for a range, behind all steps.
+            sums: how many a cell has: those of the range are `own0`, ..., those of cells ahead `other0`, ...
+            lines: for each cell q of a range and each step.
             only: skips steps without work.
-            noted: on which other condition a step is noted as failing.
+            zoned: whether each bond is asked if it may break.
             old: whether the displacements of the force before are needed.
         """
-        r = self.recipe
-        arrays = ["u", *(["before"] if old else []), "bits", *(["zone"] if self.zoned else []), *self.sided,
-                  "steps", "vectors", "masks", "sizes", "inverses", *(["volume_fraction"] if r.fraction else []),
-                  *self.tables, "alive", "failed", "scratch", "cells", "first", "out",
-                  *(["dissipation"] if old else [])]  # fmt: skip
-        parameters = [*arrays, "margin", "last", "width", "settled", *self.numbers]
+        arrays = ["u", *(["before"] if old else []), "bits", *(["zone"] if zoned else []), *self.by_cell,
+                  "steps", "vectors", "masks", "sizes", "inverses",
+                  *(["volume_fraction"] if self.recipe.fraction else []), *self.tables, "busy", "alive", "failed",
+                  *(["targets", "scratch"] if sums else [])]  # fmt: skip
+        parameters = [*arrays, "margin", "last", "width", *self.numbers]
         moves = {"": "u", **({"old_": "before"} if old else {})}
         passed = {f"{mark}here{k}": f"{array}[{k}, a:e]" for mark, array in moves.items() for k in self.axes}
-        passed |= {f"{mark}{side}{k}": f"{array}[{k}, a {sign} s:e {sign} s]" for mark, array in moves.items()
-                   for side, sign in (("ahead", "+"), ("back", "-")) for k in self.axes}  # fmt: skip
-        passed |= dict(self._slices()) | dict(self._of_step()) | {each: each for each in (*self.numbers, *sums)}
-        empty = [line for n, s in enumerate(sums) for line in (f"{s} = scratch[thread, {n}, :e - a]", f"{s}[:] = 0")]
-        step = [only, "s, word = steps[k], k // width", f"if sweep({', '.join(passed.values())}){noted}:",
-                "    any_failing = True", "    failed[c, k] = 1"]  # fmt: skip
-        whole = [f"a = margin + c * {CHUNK}", f"e = min(a + {CHUNK}, last)", *empty, "any_failing = False",
-                 "for k in range(steps.size):", *indented(step), *finish]  # fmt: skip
+        passed |= {f"{mark}ahead{k}": f"{array}[{k}, a + s:e + s]" for mark, array in moves.items() for k in self.axes}
+        passed |= dict(self._slices(zoned)) | dict(self._of_step()) | {each: each for each in self.numbers}
+        passed |= {f"own{n}": f"own{n}" for n in range(sums)}
+        passed |= {f"other{n}": f"targets[{n}, a + s:e + s]" for n in range(sums)}
+        step = [only, "s, word = steps[k], k // width", f"if sweep({', '.join(passed.values())}):",
+                "    answer, failed[c, k] = 1, 1"]  # fmt: skip
+        whole = ["if busy[c] == 0: continue", f"a = margin + c * {CHUNK}", f"e = min(a + {CHUNK}, last)",
+                 *(line for n in range(sums) for line in (f"own{n} = scratch[thread, {n}, :e - a]", f"own{n}[:] = 0")),
+                 "for k in range(steps.size):", *indented(step),
+                 *(f"flush(targets[{n}, a:e], own{n})" for n in range(sums))]  # fmt: skip
         # a function of its own for the innermost loop: the compiler then unrolls it, which is worth a quarter
-        opposite = [f"y{k} = -x{k}" for k in self.axes]
-        sweep = [
-            *self.head,
-            "failing = False",
-            *opposite,
-            "for q in range(here0.size):",
-            *indented(lines),
-            "return failing",
-        ]
-        ranges = [*self.head, "answer = 0", "for c in range(begin, end):", *indented(whole), "return answer"]
+        sweep = [*self.head, "failing = False", "for q in range(here0.size):", *indented(lines), "return failing"]
+        stripe = [*self.head, "answer = 0", "for c in range(begin, end):", *indented(whole), "return answer"]
         return "\n".join([
             PLAIN, f"def sweep({', '.join(passed)}):", *indented(sweep), "",
-            PLAIN, f"def {name}(begin, end, thread, {', '.join(parameters)}):", *indented(ranges)])  # fmt: skip
+            PLAIN, f"def {name}(begin, end, thread, {', '.join(parameters)}):", *indented(stripe)])  # fmt: skip
 
 
 SKIP = "if alive[c, k] == 0: continue"
 ONLY_FAILED = "if failed[c, k] == 0: continue"
+FLUSH = strict("flush", "total, part", "for q in range(total.size):", "    total[q] += part[q]")
 
 
-def _to_nodes(dense: bool, target: str, *lines: str) -> list[str]:
-    """Lines for each node of a range: `rows[i]` its entry in a target, q its cell in the range."""
-    own = [] if dense else ["own = cells[first[c]:first[c + 1]]"]
-    return [f"rows = {target}[first[c]:first[c + 1]]", *own, "for i in range(rows.shape[0]):",
-            *indented(["q = i" if dense else "q = own[i] - a", *lines])]  # fmt: skip
+def force(r: Recipe) -> str:
+    """Adds forces by cell; answers 1 if a bond fails. Bonds that fail now carry nothing any more, unless late."""
+    body = LatticeBody(r, r.of_force)
+    here, ahead = ("", "") if r.uniform else (" * ahead_volume[q]", " * here_volume[q]")
+    lines = [*body.lines(), f"pull = REAL({body.call('law', r.law_arguments)}){body.weight} * quotient"]
+    if r.criterion is not None:
+        lines += [f"fails_now = {body.failing}", "failing = failing | fails_now"]
+    counts = "holds" if r.criterion is None or r.late else "holds & (not fails_now)"
+    lines += [f"counts = {counts}", f"pull_here, pull_ahead = pull{here}, -(pull{ahead})"]
+    for k in body.axes:
+        lines += [f"own{k}[q] = fused(pull_here, d{k}, own{k}[q]) if counts else own{k}[q]",
+                  f"other{k}[q] = fused(pull_ahead, d{k}, other{k}[q]) if counts else other{k}[q]"]  # fmt: skip
+    return body.loop("force", r.dimension, lines, SKIP, zoned=r.breakable)
 
 
-def force(r: Recipe, dense: bool) -> str:
-    """Adds force densities; answers 1 if a bond fails, 2 if something is not finite.
-
-    Bonds that may not break are told apart by range and step; where they stand beside others, they may cause a look at
-    bonds of which none breaks. Where a bond fails the range adds nothing, to be done again once the bond is broken
-    (settled), unless late.
-    """
-    body, lines = LatticeBody(r, r.of_force), []
-    for side in SIDES:
-        body.side = side
-        count = [f"failing = failing | (holds & {body.failing})"] if r.criterion is not None else []
-        pull = f"pull = REAL({body.call('law', r.law_arguments)}){body.weight} * quotient"
-        sums = [f"g{k} = fused(pull, d{k}, g{k}) if holds else g{k}" for k in body.axes]
-        lines += [*body.lines(), *body.held, *count, pull, *sums]
-    sums = [f"f{k}" for k in body.axes]
-    start, end = [f"g{k} = f{k}[q]" for k in body.axes], [f"f{k}[q] = g{k}" for k in body.axes]
-    finite = " & ".join(f"(abs(f{k}[q]) < inf)" for k in body.axes)
-    wait = ["if any_failing:", "    answer |= 1", *([] if r.late else ["    if settled == 0: continue"])]
-    finish = [*wait, "wrong = False",
-              "for q in range(e - a):", f"    wrong = wrong | (not ({finite}))", "if wrong: answer |= 2",
-              *_to_nodes(dense, "out", *(f"rows[i, {k}] += f{k}[q]{body.after}" for k in body.axes))]  # fmt: skip
-    return body.loop("force", sums, [*start, *lines, *end], finish, SKIP,
-                     f" and alive[c, k] & {MAY_FAIL} != 0" if r.breakable else "")  # fmt: skip
+def energy(r: Recipe) -> str:
+    """Adds strain energy densities by cell."""
+    body = LatticeBody(r, r.of_energy)
+    held = f"held = REAL(0.5) * {body.potential()}{body.weight}"
+    return body.loop("energy", 1, [*body.lines(), held, "counts = holds", *body.both("held")], SKIP)
 
 
-def energy(r: Recipe, dense: bool) -> str:
-    """Adds strain energy densities."""
-    body, lines = LatticeBody(r, r.of_energy), {}
-    for side, name in zip(SIDES, "gh", strict=True):
-        body.side = side
-        held = f"{name} = REAL(0.5) * {body.potential()}{body.weight} if holds else REAL(0.0)"
-        lines[side] = [*body.lines(), *body.held, held]
-    finish = _to_nodes(dense, "out", f"rows[i] += total[q]{body.after}")
-    return body.loop("energy", ["total"], [*lines["ahead"], *lines["back"], "total[q] += g + h"], finish, SKIP)
+def stiffness(r: Recipe) -> str:
+    """Adds the sums of |d law / d stretch| / |ξ| β V at rest by cell, of all bonds that were ever there."""
+    body = LatticeBody(r, r.law_arguments)
+    lines = ["counts = (here_bits[q] & bit) != 0", "reference_length = size", "total = 0.0", *body.slope(),
+             f"total = total / {SLOPE_STEP}", *body.both("total")]  # fmt: skip
+    return body.loop("stiffness", 1, lines, SKIP)
 
 
-def stiffness(r: Recipe, dense: bool) -> str:
-    """Adds the sums of |d law / d stretch| / |ξ| β V at rest, of all bonds that were ever there."""
-    body, lines = LatticeBody(r, r.law_arguments), {}
-    for side, name in zip(SIDES, "gh", strict=True):
-        body.side = side
-        lines[side] = [*body.held, "reference_length = size", f"{name} = 0.0", "total = 0.0", *body.slope(),
-                       f"{name} = total if holds else 0.0"]  # fmt: skip
-    finish = _to_nodes(dense, "out", f"rows[i] += sums[q] / {SLOPE_STEP}{body.after}")
-    return body.loop("stiffness", ["sums"], [*lines["ahead"], *lines["back"], "sums[q] += g + h"], finish, SKIP)
+def record(r: Recipe) -> str:
+    """Adds the energy of bonds that fail now by cell; looks at steps that have failed only."""
+    body = LatticeBody(r, r.of_force)
+    old = f"kinematics({body.each('x{k}')}, {body.each('e{k}')}, size, inverse)"
+    lines = [
+        *body.lines("reference_length"), f"counts = {body.failing}", "if counts:", *indented([
+            *(f"e{k} = old_ahead{k}[q] - old_here{k}[q]" for k in body.axes),
+            f"{body.each('o{k}')}, length_old, stretch_old, quotient_old = {old}",
+            "lost = 0.0", *body.record(), *body.both("lost")])]  # fmt: skip
+    return body.loop("record", 1, lines, ONLY_FAILED, zoned=r.breakable, old=True)
 
 
-def record(r: Recipe, dense: bool) -> str:
-    """Adds the energy of bonds that fail now, at both ends; looks at steps that have failed only."""
-    body, lines = LatticeBody(r, r.of_force), {}
-    body.zoned = r.breakable
-    for side in SIDES:
-        body.side = side
-        sign = "x" if side == "ahead" else "y"
-        old = f"kinematics({body.each(sign + '{k}')}, {body.each('e{k}')}, size, inverse)"
-        lines[side] = [
-            *body.lines("reference_length"), *body.held, f"if holds & {body.failing}:", *indented([
-                *(f"e{k} = old_{side}{k}[q] - old_here{k}[q]" for k in body.axes),
-                f"{body.each('o{k}')}, length_old, stretch_old, quotient_old = {old}",
-                "lost = 0.0", *body.record(), "total[q] += lost"])]  # fmt: skip
-    finish = _to_nodes(dense, "dissipation", f"rows[i] += total[q]{body.after}")
-    return body.loop("record", ["total"], [*lines["ahead"], *lines["back"]], finish, ONLY_FAILED, old=True)
-
-
-def release(r: Recipe, dense: bool) -> str:
-    """Breaks the bonds that fail now; each bit belongs to one range, that of the end from which it leads ahead."""
+def release(r: Recipe) -> str:
+    """Breaks the bonds that fail now."""
     body = LatticeBody(r, r.criterion_arguments)
-    body.zoned = r.breakable
-    lines = [*body.lines(), *body.held, f"if holds & {body.failing}:", "    ahead_bits[q] &= ~bit"]
-    return body.loop("release", [], lines, [], ONLY_FAILED)
+    lines = [*body.lines(), f"if {body.failing}:", "    here_bits[q] &= ~bit"]
+    return body.loop("release", 0, lines, ONLY_FAILED, zoned=r.breakable)
+
+
+LOOPS = {"force": force, "energy": energy, "stiffness": stiffness, "record": record, "release": release}
 
 
 @cache
-def text(name: str, recipe: Recipe, dense: bool) -> Text:
+def text(name: str, recipe: Recipe) -> Text:
     """The module of one of the loops above."""
-    make = {"force": force, "energy": energy, "stiffness": stiffness, "record": record, "release": release}[name]
-    return recipe.text(*kinematics(recipe), make(recipe, dense))
+    return recipe.text(*kinematics(recipe), FLUSH, LOOPS[name](recipe))
 
 
 def kinematics(r: Recipe) -> list[str]:

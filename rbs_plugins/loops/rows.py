@@ -189,8 +189,9 @@ class RowLoops:
         """Takes the present positions for those of the last force."""
         self._move()
 
-    def force(self, time: float, dt: float) -> bool:
+    def force(self, time: float, dt: float, start: bool = False) -> bool:
         """Adds the force density of the present displacement to "out"; False if it is not finite."""
+        assert not start
         if "before" in self._inputs:
             self.position, old = self._inputs["before"], self.position
             self._inputs.update(y=self.position, before=old)

@@ -15,7 +15,8 @@ import numba
 import numpy as np
 import rbs_core as rbs
 from rbs_plugins import (
-    BondBased, BoundaryDomain, CriticalStretch, Damage, FractureDissipation, KineticEnergy, StrainEnergy, VelocityVerlet,
+    BondBased, BoundaryDomain, CriticalStretch, Damage, FractureDissipation, KineticEnergy, StrainEnergy,
+    VelocityVerlet,
 )
 from rbs_plugins.fields import (
     damage, density, displacement, force_density, fracture_dissipation, kinetic_energy, strain_energy, velocity,

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import rbs_core as rbs
-from rbs_plugins.fields import breakable, intact
+from rbs_plugins.fields import intact
 from rbs_plugins.loops import Loop, Text, cells
-from rbs_plugins.loops.lattice import Cells
 from rbs_plugins.loops.lattice_text import CHUNK
+from rbs_plugins.loops.ranges import Cells
 
 
 def held(shape, hole):
@@ -70,13 +70,37 @@ def test_survey(shape, hole, rng):
     part[intact] = holds
     bits = part.raw(intact)
     alive, failed = (np.full((len(where.ranges), len(stored.steps)), 9, np.uint8) for _ in range(2))
-    weak = holds & (part.positions[:, 1:][pairs] < 0.5).all(axis=(1, 2))
-    part[breakable] = weak
-    run(cells.survey, where, bits=bits, zone=part.raw(breakable), alive=alive, failed=failed)
+    run(cells.survey, where, bits=bits, alive=alive, failed=failed)
     assert not failed.any()
     wanted = np.zeros(alive.shape, np.uint8)
-    for (here, there), there_is, may_fail in zip(stored.cells[pairs], holds, weak, strict=True):
-        if there_is:
-            step = int(np.flatnonzero(stored.steps == abs(there - here))[0])
-            wanted[(here - stored.margin) // CHUNK, step] |= cells.HOLDS + cells.MAY_FAIL * may_fail
+    for here, there in stored.cells[pairs][holds]:
+        if there > here:
+            wanted[(here - stored.margin) // CHUNK, np.flatnonzero(stored.steps == there - here)[0]] = 1
     assert np.array_equal(alive, wanted)
+
+
+@BODIES
+@pytest.mark.parametrize("start", [0, 1])
+@pytest.mark.parametrize("components", [1, 2])
+def test_finish(shape, hole, start, components, rng):
+    part, where = held(shape, hole)
+    functions = [cells.finish] if hole else [cells.finish, cells.finish_dense]
+    for function in functions:
+        targets, out = np.zeros((components, where.stored.size)), rng.normal(size=(len(part), components))
+        values, before = rng.normal(size=out.shape), out.copy()
+        targets[:, where.stored.cells] = values.T
+        assert not run(function, where, targets=targets, out=out, cell=3.0, start=start).any()
+        np.testing.assert_allclose(out, 3.0 * values + (0.0 if start else before), rtol=1e-14)
+        assert not targets.any()
+
+
+@BODIES
+def test_finish_finds_what_is_not_finite(shape, hole):
+    part, where = held(shape, hole)
+    for function in [cells.finish] if hole else [cells.finish, cells.finish_dense]:
+        for wrong in (np.nan, np.inf, -np.inf):
+            targets, out = np.zeros((1, where.stored.size)), np.zeros((len(part), 1))
+            targets[0, where.stored.cells[-1]] = wrong
+            assert run(function, where, targets=targets, out=out, cell=1.0).tolist() == [0] * (
+                len(where.ranges) - 1
+            ) + [1]

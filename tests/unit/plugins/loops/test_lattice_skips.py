@@ -10,8 +10,8 @@ import rbs_core as rbs
 from rbs_core import BadInput
 from rbs_plugins import BondBased, Criterion, CriticalStretch, FractureDissipation, PairwiseForce, StrainEnergy
 from rbs_plugins.fields import displacement, dissipation_density, force_density, intact, strain_energy_density
-from rbs_plugins.loops.lattice import Cells
 from rbs_plugins.loops.lattice_text import CHUNK
+from rbs_plugins.loops.ranges import Cells
 from tests.unit.plugins.loops.doubles import body
 
 
@@ -20,7 +20,7 @@ def linear(stretch, c):
 
 
 def long(cells=6 * CHUNK):
-    """A rod of six ranges, each of which can reach the next one."""
+    """A rod of six ranges, from each of which bonds lead to the next one."""
     return rbs.Part("rod", rbs.Box(size=float(cells))).discretize(1.0).connect(3.0, storage="lattice")
 
 
@@ -31,7 +31,7 @@ def once(part, force, steps=1):
 
 @pytest.mark.parametrize(
     ("moved", "ranges"),
-    [([], 0), ([0], 2), ([3 * CHUNK + 500], 3), ([10, 5 * CHUNK + 9], 4), ([2 * CHUNK, 3 * CHUNK], 4)],
+    [([], 0), ([0], 1), ([3 * CHUNK + 500], 2), ([10, 5 * CHUNK + 9], 3), ([2 * CHUNK, 3 * CHUNK], 3)],
 )
 def test_ranges_that_something_has_reached_are_visited(moved, ranges):
     part = long()
@@ -73,7 +73,7 @@ def test_ranges_without_bonds_are_left_out_once_the_last_one_breaks():
 
 @pytest.mark.parametrize("steps", [1, 1023, CHUNK, CHUNK + 1, 2 * CHUNK + 1])
 def test_reach_is_that_of_the_longest_step(steps):
-    """Any bond of a range ends in a range that `near` counts in."""
+    """Any bond ends in a range that counts as ahead of the one where it begins, which counts as behind the other."""
     part = rbs.Part("sheet", rbs.Box(size=(float(steps), 8.0))).discretize(1.0)
     cells = Cells(part.connect(1.0, storage="lattice").bonds.stored)
     assert cells.stored.margin == steps
@@ -81,10 +81,30 @@ def test_reach_is_that_of_the_longest_step(steps):
     for number in range(len(cells.ranges)):
         moved = np.zeros(len(cells.ranges), bool)
         moved[number] = True
-        wanted = {number}
+        ahead, behind = {number}, {number}
         for node in np.flatnonzero(first == number)[[0, -1]]:
-            wanted |= set(first[part.bonds.neighbors(int(node))].tolist())
-        assert wanted <= set(np.flatnonzero(cells.near(moved)).tolist())
+            neighbors = part.bonds.neighbors(int(node))
+            ahead |= set(first[neighbors[neighbors > node]].tolist())
+            behind |= set(first[neighbors[neighbors < node]].tolist())
+        assert ahead <= set(np.flatnonzero(cells.ahead(moved)).tolist()) <= set(range(number, len(moved)))
+        assert behind <= set(np.flatnonzero(cells.behind(moved)).tolist()) <= set(range(number + 1))
+
+
+@pytest.mark.parametrize(
+    ("shape", "horizon"), [((20_000,), 3.0), ((300, 200), 3.015), ((30, 30, 60), 3.015), ((9,), 2.0)]
+)
+def test_bonds_of_a_stripe_end_in_it_or_in_the_next_one(shape, horizon):
+    part = rbs.Part("body", rbs.Box(size=[float(n) for n in shape])).discretize(1.0).connect(horizon, storage="lattice")
+    cells = Cells(part.bonds.stored)
+    assert cells.stripes[:, 0].tolist() == [0, *cells.stripes[:-1, 1]]
+    assert cells.stripes[-1, 1] == len(cells.ranges)
+    assert (np.diff(cells.stripes) > 0).all()
+    assert cells.color.tolist() == [k % 2 for k in range(len(cells.stripes))]
+    lengths = np.diff(cells.stripes, axis=1)[:, 0] * CHUNK
+    assert (lengths[:-1] >= cells.stored.steps.max()).all() or len(lengths) == 1
+    chosen = np.zeros(len(cells.ranges), bool)
+    chosen[-1] = True
+    assert cells.in_stripes(chosen).tolist() == [False] * (len(lengths) - 1) + [True]
 
 
 # -- to the bit ----------------------------------------------------------------------------------------------------
@@ -156,7 +176,7 @@ def test_cells_without_nodes_have_no_say_in_energies_and_failures(release, hole)
         for step, share in enumerate((0.5, 1.0, 1.4), 1):
             part[displacement] = share * start
             if poison and step > 1:
-                held = [loop._held[0] for loop in (force._loops._force, force._loops._energy)]
+                held = [loop._held[0] for loop in (force._loops._force, force._loops._energy[1])]
                 targets = [each[name] for each in held for name in ("u", "volume")]
                 assert (poisoned(part, *targets, force._loops._inputs["before"]) > 0) == hole
             analysis.run(steps=step, dt=0.1, force_dt=True, progress=False)

@@ -109,14 +109,14 @@ def recipe(law=linear, **options):
     return Recipe(2, law, tuple(resolve(law, part, {"c": 2.0})), **failing, **options).bare
 
 
-def asked(name, dense=True, **options):
-    return set(_parameters(lattice_text.text(name, recipe(**options), dense).body, name))
+def asked(name, **options):
+    return set(_parameters(lattice_text.text(name, recipe(**options)).body, name))
 
 
 @pytest.mark.parametrize(
     ("options", "more"),
     [
-        ({"breakable": True}, set()),
+        ({"breakable": True}, {"zone"}),
         ({"fraction": True}, {"volume_fraction"}),
         ({"uniform": False}, {"volume"}),
         ({"law": warm}, {"field_warmth"}),
@@ -133,28 +133,20 @@ def test_a_loop_asks_for_what_it_needs(options, more):
 def test_only_the_record_asks_for_the_displacement_before():
     every = {name: asked(name, dissipation=True) for name in ("force", "energy", "record", "release", "stiffness")}
     assert [name for name, parameters in every.items() if "before" in parameters] == ["record"]
-    assert [name for name, parameters in every.items() if "dissipation" in parameters] == ["record"]
 
 
 def test_only_where_bonds_break_each_is_asked_whether_it_may():
     every = {name: asked(name, breakable=True) for name in ("force", "energy", "record", "release", "stiffness")}
-    assert [name for name, parameters in every.items() if "zone" in parameters] == ["record", "release"]
+    assert [name for name, parameters in every.items() if "zone" in parameters] == ["force", "record", "release"]
 
 
 def test_bits_are_written_only_where_bonds_break():
     for name in ("force", "energy", "record", "release", "stiffness"):
-        body = lattice_text.text(name, recipe(dissipation=True), True).body
+        body = lattice_text.text(name, recipe(dissipation=True)).body
         assert ("_bits[q] &=" in body) == (name == "release")
-        assert body.count("back_bits[q] &=") == 0  # a bond has one bit, at the end from which it leads ahead
 
 
-def test_the_law_is_asked_once_for_each_side():
-    body = lattice_text.text("force", recipe(), True).body
-    assert body.count("REAL(law(") == 2
-    assert body.count("= kinematics(") == 2
-
-
-def test_where_all_cells_hold_nodes_none_is_looked_up():
-    dense, sparse = (lattice_text.text("force", recipe(), each).body for each in (True, False))
-    assert "cells[" not in dense
-    assert "cells[first[c]:first[c + 1]]" in sparse
+def test_the_law_is_asked_once_for_each_bond():
+    body = lattice_text.text("force", recipe()).body
+    assert body.count("REAL(law(") == 1
+    assert body.count("= kinematics(") == 1

@@ -114,7 +114,7 @@ def test_values_of_parameters_are_not_in_the_text():
     two = Recipe(1, linear, tuple(resolve(linear, rbs.Part("a", rbs.Box(size=1.0)).discretize(1.0), {"c": 7.0})))
     assert one != two
     assert one.bare == two.bare
-    assert lattice_text.text("force", one.bare, True) is lattice_text.text("force", two.bare, True)
+    assert lattice_text.text("force", one.bare) is lattice_text.text("force", two.bare)
 
 
 def test_a_force_needs_the_arguments_of_the_potential_only_to_record():
