@@ -136,7 +136,7 @@ class LatticeLoops:
     def _look_at_bonds(self, tasks: NDArray[np.int64] | None = None) -> None:
         self._survey(tasks)
         if not self._everything:
-            self._holding: NDArray[np.bool_] = self._alive.any(axis=1)
+            self._holding = np.asarray(self._alive.any(axis=1))
             self._at_most = self._with_stripes(self._holding)
 
     def _with_stripes(self, busy: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], ...]:
