@@ -5,8 +5,10 @@ It knows no peridynamics: constitutive models, integrators, boundary domains and
 
 import os as _os
 
-# Waiting threads must sleep, not spin: with spinning a busy machine slows every parallel loop by milliseconds.
+# Threads that wait for the next loop spin for about 0.1 ms and sleep then: to wake them takes as long, several times a
+# step, and endless spinning on a busy machine slows every loop by milliseconds. (GNU's OpenMP; others sleep at once.)
 _os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+_os.environ.setdefault("GOMP_SPINCOUNT", "5000")
 
 from rbs_core.analysis import Analysis
 from rbs_core.checkpoint import Checkpoint

@@ -1,6 +1,6 @@
 """Bonds of a regular grid: a table of steps that all nodes share, and one bit per bond.
 
-The cells of the grid, present or not, are numbered along one axis with margins as wide as the longest step at both
+The cells of the grid, present or not, are numbered along one axis with margins wider than the longest step at both
 ends. Step number k leads from cell c to cell c + steps[k]; bit k at cell c says whether that bond is there. The way
 back from c + steps[k] to c is the same bit, so a bond has one state, seen from both ends. Holes, notches and cracks are
 only bits; a step across an edge of the grid lands on some other cell, and its bit is never set.
@@ -19,6 +19,8 @@ from rbs_core.fields import Field, FieldStore, intact
 from rbs_core.part.storage import TOLERANCE, Crosses, Storage
 
 Bits = NDArray[Any]
+# Cells that loops take at once: they may go so far beyond the last cell, where there are no bonds.
+AT_ONCE = 32
 
 
 class Lattice(Storage):
@@ -35,7 +37,7 @@ class Lattice(Storage):
 
     Attributes:
         cells: (n,) cell of each node, margin included, ascending.
-        margin: width of the margin, cells.
+        margin: width of the margin, cells: a whole number of AT_ONCE, and as many more than the longest step.
         size: number of cells with both margins.
         vectors: (h, d) whole numbers of cells: half of the steps, each other one is the way back.
         steps: (h,) the same as distances between cell numbers, positive, ascending.
@@ -57,7 +59,8 @@ class Lattice(Storage):
     ) -> None:
         self._positions, self.spacing, self.shape = positions, spacing, shape
         self.vectors, self.steps = _half_steps(shape, horizon / spacing * (1 + TOLERANCE))
-        self.margin = int(self.steps[-1]) if len(self.steps) else 0
+        longest = int(self.steps[-1]) if len(self.steps) else 0
+        self.margin = -(-(longest + AT_ONCE) // AT_ONCE) * AT_ONCE
         count = int(np.prod(shape))
         self.size = count + 2 * self.margin
         self.dense = len(cells) == count

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Hashable, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -71,10 +72,7 @@ class LatticeLoops:
         ]
         self._gather = self._gatherer(self.position)
         self._force, self._finish = self._sweep("force"), self._finisher(self._inputs["out"])
-        self._release = None if recipe.criterion is None else self._sweep("release")
-        self._record: tuple[Loop, Loop] | None = None
-        if recipe.dissipation:
-            self._record = self._sweep("record", targets=self._targets[:1]), self._finisher(inputs["dissipation"])
+        self._every: Sequence[LatticeLoops] = ()
         self._energy: tuple[Loop, Loop, Loop] | None = None
         self._count = self.visited = len(stored)
 
@@ -172,7 +170,7 @@ class LatticeLoops:
         if "before" in self._inputs:
             self.position, old = self._inputs["before"], self.position
             self._inputs.update(u=self.position, before=old)
-            for loop in (self._force, self._release, *(self._record or ())[:1]):
+            for loop in (self._force, *self.__dict__.get("_breaking", ())):
                 loop.set(u=self.position, before=old)
             self._gather.set(target=self.position)
         self._carry()
@@ -188,15 +186,29 @@ class LatticeLoops:
 
     def _break(self, failing: NDArray[np.bool_], time: float, dt: float) -> None:
         """Records and breaks the bonds of these stripes that fail now."""
-        assert self._release is not None
-        if self._record is not None:
-            record, finish = self._record
-            record.set(time=time, dt=dt)
+        for loop in self._breaking:
+            loop.set(time=time, dt=dt)
+        release, *recording = self._breaking
+        if recording:
+            record, finish = recording
             self._by_color(record, failing)
             finish(finish.tasks[self._cells.ahead(np.repeat(failing, np.diff(self._cells.stripes)[:, 0]))])
-        self._release.set(time=time, dt=dt)
-        self._by_color(self._release, failing)
-        self._look_at_bonds(self._release.tasks[failing])
+        self._by_color(release, failing)
+        self._look_at_bonds(release.tasks[failing])
+
+    @cached_property
+    def _breaking(self) -> list[Loop]:
+        """The loop that breaks bonds, and, if it is wanted, that for their energy and what brings it to the nodes.
+
+        They are compiled when the first bond fails; their laws are those of the force, which has been compiled.
+        """
+        if self._every:
+            releases = [each._breaking[0] for each in self._every]
+            return [releases[0].merged(releases[1:])]
+        if not self._recipe.dissipation:
+            return [self._sweep("release")]
+        record = self._sweep("record", targets=self._targets[:1])
+        return [self._sweep("release"), record, self._finisher(self._inputs["dissipation"])]
 
     def prepare_energy(self, out: NDArray[Any]) -> None:
         """Compiles the loop for energies."""
@@ -243,8 +255,7 @@ class LatticeLoops:
 
     @property
     def _mergeable(self) -> list[Loop]:
-        breaking = [] if self._release is None else [self._release]
-        return [self._survey, *self._carries, self._gather, self._force, self._finish, *breaking]
+        return [self._survey, *self._carries, self._gather, self._force, self._finish]
 
     @property
     def kind(self) -> Hashable:
@@ -258,10 +269,8 @@ class LatticeLoops:
         for each in every:
             each._busy[:] = True
         result = object.__new__(LatticeLoops)
-        result._inputs, result._record, result._everything = {}, None, True
+        result._inputs, result._every, result._everything = {}, every, True
         result._count = result.visited = sum(each._count for each in every)
         result._color = np.concatenate([each._color for each in every])
-        release = together.pop() if self._release is not None else None
         result._survey, *result._carries, result._gather, result._force, result._finish = together
-        result._release = release
         return result

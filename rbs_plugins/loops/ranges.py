@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbs_core.part import Lattice
+from rbs_core.part.lattice import AT_ONCE
 from rbs_plugins.loops import cells
 from rbs_plugins.loops.lattice_text import CHUNK
 from rbs_plugins.loops.loop import Loop, Text
@@ -48,7 +49,8 @@ class Cells:
 
     def __init__(self, stored: Lattice, real: Any = np.float64) -> None:
         self.stored = stored
-        count = -(-(stored.size - 2 * stored.margin) // CHUNK)
+        cells_of_grid = stored.size - 2 * stored.margin
+        count = -(-cells_of_grid // CHUNK)
         self.ranges = np.stack([np.arange(count), np.arange(1, count + 1)], axis=1)
         edges = stored.margin + CHUNK * np.arange(count + 1)
         self.first = np.searchsorted(stored.cells, edges).astype(np.int64)
@@ -65,7 +67,8 @@ class Cells:
             "cells": stored.cells,
             "first": self.first,
             "margin": stored.margin,
-            "last": stored.size - stored.margin,
+            # a whole number of vectors: the few numbers that do not fill one would take as long as many vectors
+            "last": stored.margin + -(-cells_of_grid // AT_ONCE) * AT_ONCE,
             "width": stored.width,
             "chunk": CHUNK,
             "start": 0,

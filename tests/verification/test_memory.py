@@ -62,8 +62,8 @@ def test_an_elastic_bar_has_six_fields_of_one_dimension():
     fields = {field.name: part[field].shape for field in part.fields}
     vectors = ("reference_position", "velocity", "force_density", "displacement")
     assert fields == {**dict.fromkeys(vectors, (1000, 1)), "volume": (1000,), "density": (1000,)}
-    assert part.bonds.stored.nbytes <= 1000 * (8 + 1) + 100  # a number and three bits of each cell
-    assert analysis.nbytes <= 1000 * (6 * 8 + 9 + 2 * 8) + 1000  # displacement and force by cell
+    assert part.bonds.stored.nbytes <= 1000 * 8 + 1200  # a number of each node, three bits of each cell
+    assert analysis.nbytes <= 1000 * (6 * 8 + 8) + 1200 * (1 + 2 * 8)  # displacement and force by cell
 
 
 def test_each_part_has_its_precision():
