@@ -70,7 +70,7 @@ class Watch:
 
     def before(self, relation: Relation) -> None:
         """Fills what the relation will write with NaN and remembers everything else."""
-        for part, field in relation.keys("writes"):
+        for part, field in (*relation.keys("writes"), *relation.starts):
             array = part.raw(field)
             if array.dtype.kind in "fiu":
                 array[...] = np.nan if array.dtype.kind == "f" else np.iinfo(array.dtype).max
@@ -87,13 +87,14 @@ class Watch:
                     f"it changed '{field.name}' of part '{part.name}', which its contract does not name: add the field "
                     f"to updates or adds of {type(relation).__name__}"
                 )
-        for part, field in relation.keys("writes"):
+        for part, field in (*relation.keys("writes"), *relation.starts):
             array = part[field]
             if array.dtype.kind not in "fiu":
                 continue  # no value of a bool means "unset"
             unset = np.isnan(array) if array.dtype.kind == "f" else array == np.iinfo(array.dtype).max
             if unset.any():
+                verb = "can start" if (part, field) in relation.starts else "writes"
                 raise DishonestRelation(
-                    f"it says that it writes '{field.name}' of part '{part.name}' and left entry "
+                    f"it says that it {verb} '{field.name}' of part '{part.name}' and left entry "
                     f"{np.argwhere(unset)[0].tolist()} unset (or NaN): set every entry, or name it under updates"
                 )

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import pytest
+
+import rbs_core as rbs
 from rbs_core import Clock, every
 from rbs_core.schedule import schedule
 from tests.unit.core.toys import Toy, a, b, line
@@ -74,3 +77,63 @@ def test_triggers_and_watches_keep_relations_alone():
     relations = [Alike(part, writes=(a,)) for part in bodies()]
     assert len(schedule(relations, {}, batches=False)) == 3
     assert len(schedule(relations, {})) == 1
+
+
+# -- sums that need no clearing ------------------------------------------------------------------------------------
+
+
+class Starter(Toy):
+    """Adds 1 to a, or sets it to 1 where it is the first."""
+
+    def can_start(self, key):
+        return True
+
+    def apply(self, clock):
+        self.log.append((clock.step, bool(self.starts)))
+        self[a][...] = 1.0 + (0.0 if self.starts else self[a])
+
+
+def adder(part):
+    return Toy(part, lambda toy, clock: toy[a].__iadd__(1.0), adds=(a,))
+
+
+def test_the_first_that_adds_sets_the_sum_if_it_can():
+    part = line()
+    first, second = Starter(part, adds=(a,)), Starter(part, adds=(a,))
+    (one, two) = schedule([first, second], {0: [(part, a)]})
+    assert (one.clear, two.clear) == ([], [])
+    assert (first.starts, second.starts) == ({(part, a)}, frozenset())
+
+
+def test_a_sum_is_cleared_for_who_cannot_start_it():
+    part = line()
+    relations = [adder(part), Starter(part, adds=(a,))]
+    assert schedule(relations, {0: [(part, a)]})[0].clear == [(part, a)]
+    assert not relations[1].starts
+    paused = Starter(part, adds=(a,), when=every(2))
+    assert schedule([paused], {0: [(part, a)]})[0].clear == [(part, a)]  # cleared also when it pauses
+    twice = Starter(part, adds=(a,))
+    assert schedule([twice, twice], {0: [(part, a)]})[0].clear == [(part, a)]  # in its second place it must add
+
+
+def test_in_a_run_sums_are_right_and_afterwards_nobody_starts():
+    part = line()
+    part[a] = 7.0
+    starter = Starter(part, adds=(a,))
+    rbs.Analysis([starter, adder(part)]).run(steps=3, dt=1.0, progress=False)
+    assert part[a].tolist() == [2.0] * 4
+    assert starter.log[-2:] == [(3, True), "close"]
+    assert not starter.starts
+
+
+def test_debug_finds_who_adds_where_it_should_set():
+    class Liar(Starter):
+        def apply(self, clock):
+            self[a] += 1.0
+
+    part = line()
+    part[a] = 0.0
+    with pytest.raises(
+        rbs.DishonestRelation, match=r"it says that it can start 'a' of part 'line' and left entry \[0\]"
+    ):
+        rbs.Analysis([Liar(part, adds=(a,))]).run(steps=1, dt=1.0, progress=False, debug=True)

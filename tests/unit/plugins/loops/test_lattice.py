@@ -208,3 +208,20 @@ def test_parameters_beyond_single_precision_are_refused():
     part = body("lattice", precision="single")
     with pytest.raises(BadInput, match=r"single precision, in which c = 1e\+40 cannot be computed with"):
         rbs.Analysis([PairwiseForce(part, linear, c=1e40)]).prepare()
+
+
+@pytest.mark.parametrize("precision", ["double", "single"])
+def test_several_forces_on_one_part_add_up(precision):
+    """The first of them sets the force density, where nothing has been reached included; the others add."""
+
+    def run(*factors):
+        part = rbs.Part("sheet", rbs.Box(size=(60.0, 50.0)), precision=precision).discretize(1.0)
+        part.connect(3.015, storage="lattice")
+        part[displacement] = np.where(part.positions[:, :1] < -20, 1e-3 * np.sin(part.positions), 0.0)
+        forces = [PairwiseForce(part, linear, c=factor) for factor in factors]
+        for _ in range(2):  # what an earlier run has left does not count
+            part[force_density] = 5.0
+            rbs.Analysis(forces).run(steps=2, dt=0.1, force_dt=True, progress=False)
+        return part[force_density]
+
+    np.testing.assert_allclose(run(2.0, 1.0, 4.0), run(7.0), rtol=0, atol=1e-6 if precision == "single" else 1e-15)
