@@ -61,7 +61,7 @@ class Connection(Host):
         name: str | None = None,
     ) -> None:
         self.ends = (part, other)
-        self.name = f"{part.name} to {other.name}" if name is None else name
+        self.name = " to ".join(getattr(end, "name", repr(end)) for end in self.ends) if name is None else name
         self._check_ends()
         if (horizon is None) == (pairs is None):
             raise BadInput(f"connection '{self.name}': give either a horizon or pairs of nodes")

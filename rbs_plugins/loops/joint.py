@@ -58,6 +58,7 @@ class JointLoops:
         self._rows = RowLoops(recipe, connection, {**others, **taken, **felt}, self._placing)
         self._brings = [loop for name, room in felt.items() for loop in self._bringing(room, at_nodes[name])]
         self._energy: NDArray[np.float64] | None = None
+        self._shared = False  # whether several connections may bring something to one node
         self.visited = self._rows.visited
 
     # -- from the parts and back ------------------------------------------------------------------------------------
@@ -120,7 +121,7 @@ class JointLoops:
         self._prepare()
         finite = self._rows.force(time, dt)
         for loop in self._brings:
-            loop()
+            loop(alone=self._shared)
         return finite
 
     def prepare_energy(self, out: NDArray[Any]) -> None:
@@ -160,6 +161,7 @@ class JointLoops:
     def merged(self, every: Sequence[JointLoops]) -> JointLoops:
         """The loops of several forces in one; without record of dissipation."""
         result = object.__new__(JointLoops)
+        result._shared = True
         result._ends = [end for each in every for end in each._ends if end.may_move]
         for name in ("_takes", "_brings"):
             same = zip(*(getattr(each, name) for each in every), strict=True)
