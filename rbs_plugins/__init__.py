@@ -9,7 +9,9 @@ from collections.abc import Iterable
 
 import rbs_core as rbs
 from rbs_plugins import fields
+from rbs_plugins.boundary.contact import ShortRangeRepulsion
 from rbs_plugins.boundary.domain import BoundaryDomain
+from rbs_plugins.boundary.search import Search
 from rbs_plugins.constitutive.bond_based import BondBased
 from rbs_plugins.constitutive.fracture import Criterion, CriticalStretch, Damage
 from rbs_plugins.constitutive.pairwise import PairwiseForce
@@ -33,6 +35,8 @@ __all__ = [
     "KineticEnergy",
     "PairwiseForce",
     "PictureExporter",
+    "Search",
+    "ShortRangeRepulsion",
     "StrainEnergy",
     "SymplecticEuler",
     "VTKExporter",
@@ -47,8 +51,8 @@ __all__ = [
 def rbs_relations() -> Iterable[type[rbs.Relation]]:
     """The built-in relations."""
     return [
-        PairwiseForce, BondBased, Damage, Kick, Drift, BoundaryDomain, KineticEnergy, StrainEnergy,
-        FractureDissipation, VTKExporter, VTKHDFExporter, CSVExporter, PictureExporter,
+        PairwiseForce, BondBased, ShortRangeRepulsion, Search, Damage, Kick, Drift, BoundaryDomain, KineticEnergy,
+        StrainEnergy, FractureDissipation, VTKExporter, VTKHDFExporter, CSVExporter, PictureExporter,
     ]  # fmt: skip
 
 
