@@ -135,7 +135,7 @@ def test_moving_a_system_moves_all_below_it():
     hand = arm.child("hand", (1.0, 0.0))
     arm.mapping = Cartesian((0.0, 5.0), turned(np.pi))
     assert np.allclose(convert([0.0, 0.0], hand, world), [-1.0, 5.0])
-    with pytest.raises(BadInput, match="'world' is a root and cannot be moved"):
+    with pytest.raises(BadInput, match="'world' is a root: it has no parent and cannot be moved"):
         world.mapping = Cartesian()
 
 
@@ -177,7 +177,7 @@ def test_the_function_is_what_the_package_exports():
         (lambda: convert([0.0], "world", world), r"source = 'world' is no CoordinateSystem; give world"),
         (lambda: convert(0.0, world, world), r"points has shape \(\)"),
         (lambda: convert([[0.0, np.inf]], world, world), r"points\[0, 1\] = inf is not finite"),
-        (lambda: world.to_parent([0.0]), r"'world' is a root and has no parent; use a child of it"),
+        (lambda: world.to_parent([0.0]), r"'world' is a root: it has no parent and cannot be moved; use a child"),
         (lambda: world.child(""), r"name '' cannot stand in a path"),
         (lambda: world.child("a/b"), r"name 'a/b' cannot stand in a path; give a text .* no '/'"),
         (lambda: CoordinateSystem("lost", world), r"'lost' needs both a parent and a mapping.*parent.child\('lost'\)"),

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rbs_core.errors import BadInput
-from rbs_core.space.grid import Grid, uniform
+from rbs_core.space.grids.regular import Grid, uniform
 
 QUIET = settings(derandomize=True, deadline=None, database=None, max_examples=200)
 SPACINGS = st.floats(1e-9, 10.0)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from rbs_core.errors import BadInput
-from rbs_core.space.convert import Cartesian
+from rbs_core.space.mapping import Cartesian
 
 QUIET = settings(derandomize=True, deadline=None, database=None, max_examples=100)
 NUMBERS = st.integers(-1000, 1000).map(lambda number: number / 64)
