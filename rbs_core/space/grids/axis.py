@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import expm1, log, log1p
+from math import log, log1p
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -86,7 +86,7 @@ def edges(lower: float, upper: float, spacing: float, *, growth: float = 1.0) ->
         growth: size of a cell as a multiple of the one before it: 1 for equal cells, below 1 for shrinking ones.
 
     Returns:
-        Shape (k + 1,), from `lower` to `upper`. Equal cells are laid from the middle outwards.
+        Shape (k + 1,), from `lower` to `upper`.
 
     Raises:
         BadInput: for an empty interval, for a spacing or growth that is not positive, for cells that shrink so fast
@@ -105,12 +105,10 @@ def edges(lower: float, upper: float, spacing: float, *, growth: float = 1.0) ->
     wanted = length / first if excess == 0.0 else log1p(length * excess / first) / log(ratio)
     require_few(wanted, f"spacing = {first}")
     count = max(1, round(wanted))
-    steps = np.arange(count + 1)
-    if excess == 0.0:
-        result: FloatArray = (low + high) / 2 + (steps - count / 2) * (length / count)
-    else:
-        result = low + np.asarray(np.expm1(steps * log(ratio)) * (length / expm1(count * log(ratio))))
-    result[0], result[-1] = low, high
+    steps: FloatArray = np.arange(count + 1.0)
+    filled = steps if excess == 0.0 else np.expm1(steps * log(ratio))
+    # Weights of both ends, so that edges of equal cells around 0 are symmetric to the last bit.
+    result: FloatArray = (low * (filled[-1] - filled) + high * filled) / filled[-1]
     return result
 
 

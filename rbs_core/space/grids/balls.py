@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rbs_core.space.checks import FloatArray, as_number
+from rbs_core.space.grids.axis import Axis
 from rbs_core.space.grids.cells import Cells, Cloud, require_few, typical
 from rbs_core.space.grids.circles import as_center, as_radii, center_text, circle, fours, layers
 
@@ -28,16 +29,7 @@ def spherical(radii: ArrayLike, *, center: ArrayLike = (0.0, 0.0, 0.0)) -> Cells
         BadInput: for radii that are negative or do not rise.
     """
     shells, middle = as_radii(radii), as_center(center, 3)
-    inner, outer = shells.edges[:-1], shells.edges[1:]
-    wanted = pi * shells.coordinates / shells.sizes  # cells from pole to pole
-    require_few(float((4 / pi * wanted**2).sum()), "radii")
-    directions = [_sphere(2 * max(1, round(bands / 2))) for bands in wanted.tolist()]
-    counts = np.array([len(vectors) for vectors in directions])
-    volumes = (outer - inner) * (outer**2 + outer * inner + inner**2) / 3
-    masses = (outer - inner) * (outer + inner) * (outer**2 + inner**2) / 4 / volumes
-    points = np.vstack([mass * vectors for mass, vectors in zip(masses, directions, strict=True)]) + middle
-    text = f"spherical({shells!r}{center_text(middle)})"
-    return Cloud(points, np.repeat(4 * pi * volumes / counts, counts), typical(shells.sizes.tolist()), text)
+    return _laid(shells, middle, f"spherical({shells!r}{center_text(middle)})")
 
 
 def shell(inner: float, outer: float, spacing: float, *, center: ArrayLike = (0.0, 0.0, 0.0)) -> Cells:
@@ -52,7 +44,8 @@ def shell(inner: float, outer: float, spacing: float, *, center: ArrayLike = (0.
     Raises:
         BadInput: for an outer radius that is not above the inner one, and a negative inner one.
     """
-    return spherical(layers(inner, outer, spacing), center=center)
+    shells, middle = layers(inner, outer, spacing, dimension=3), as_center(center, 3)
+    return _laid(shells, middle, f"shell({float(inner)}, {float(outer)}, {float(spacing)}{center_text(middle)})")
 
 
 def ball(radius: float, spacing: float, *, center: ArrayLike = (0.0, 0.0, 0.0)) -> Cells:
@@ -67,6 +60,19 @@ def ball(radius: float, spacing: float, *, center: ArrayLike = (0.0, 0.0, 0.0)) 
         BadInput: for a radius that is not positive.
     """
     return shell(0.0, as_number(radius, "radius", positive=True), spacing, center=center)
+
+
+def _laid(shells: Axis, middle: FloatArray, text: str) -> Cells:
+    """The cells of shells, in the order of the shells, of the bands from north to south, and of the angles."""
+    inner, outer = shells.edges[:-1], shells.edges[1:]
+    wanted = pi * shells.coordinates / shells.sizes  # cells from pole to pole
+    require_few(float((4 / pi * wanted**2).sum()), "radii")
+    directions = [_sphere(2 * max(1, round(bands / 2))) for bands in wanted.tolist()]
+    counts = np.array([len(vectors) for vectors in directions])
+    volumes = (outer - inner) * (outer**2 + outer * inner + inner**2) / 3
+    masses = (outer - inner) * (outer + inner) * (outer**2 + inner**2) / 4 / volumes
+    points = np.vstack([mass * vectors for mass, vectors in zip(masses, directions, strict=True)]) + middle
+    return Cloud(points, np.repeat(4 * pi * volumes / counts, counts), typical(shells.sizes.tolist()), text)
 
 
 def _sphere(bands: int) -> FloatArray:

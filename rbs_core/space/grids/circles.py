@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from rbs_core.errors import BadInput
 from rbs_core.space.checks import FloatArray, as_number, as_text, as_vector
 from rbs_core.space.grids.axis import Axis, edges
+from rbs_core.space.grids.cells import require_few
 
 
 def circle(count: int) -> FloatArray:
@@ -39,12 +40,25 @@ def fours(wanted: FloatArray) -> NDArray[np.int64]:
     return (4 * np.maximum(np.rint(wanted / 4), 1.0)).astype(np.int64)
 
 
-def layers(inner: float, outer: float, spacing: float) -> FloatArray:
-    """Radii of layers between two radii, checked."""
+def layers(inner: float, outer: float, spacing: float, *, dimension: int) -> Axis:
+    """Equal layers between two radii, checked.
+
+    Args:
+        inner: smallest radius (m).
+        outer: largest radius (m).
+        spacing: thickness of the layers (m), about.
+        dimension: 2 for rings, 3 for shells.
+
+    Raises:
+        BadInput: for radii that are negative or not above each other, and for more cells than can be numbered.
+    """
     least, most = as_number(inner, "inner"), as_number(outer, "outer")
+    thickness = as_number(spacing, "spacing", positive=True)
     if least < 0.0 or most <= least:
-        raise BadInput(f"inner = {least}, outer = {most} are no radii of a ring; give 0 <= inner < outer")
-    return edges(least, most, spacing)
+        raise BadInput(f"inner = {least}, outer = {most} are no radii; give 0 <= inner < outer")
+    measure = (dimension - 1) * 2 * pi / dimension * (most**dimension - least**dimension)
+    require_few(measure / thickness / thickness ** (dimension - 1), f"spacing = {thickness}")
+    return Axis(edges(least, most, thickness))
 
 
 def as_center(center: ArrayLike, dimension: int) -> FloatArray:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rbs_core.errors import BadInput
-from rbs_core.space.checks import as_number, as_text
+from rbs_core.space.checks import FloatArray, as_number, as_text
 from rbs_core.space.grids.axis import Axis, edges
 from rbs_core.space.grids.cells import Cells, Cloud, require_few, typical
 from rbs_core.space.grids.circles import as_center, as_radii, center_text, circle, fours, layers
@@ -31,22 +31,7 @@ def polar(radii: ArrayLike, around: ArrayLike | None = None, *, center: ArrayLik
         BadInput: for radii that are negative or do not rise, and for too few cells around.
     """
     rings, middle = as_radii(radii), as_center(center, 2)
-    counts = fours(2 * pi * rings.coordinates / rings.sizes) if around is None else _counts(around, rings)
-    require_few(float(counts.sum()), "radii")
-    inner, outer = rings.edges[:-1], rings.edges[1:]
-    half = pi / counts
-    areas = half * (outer - inner) * (outer + inner)
-    masses = 2 / 3 * (inner**2 + inner * outer + outer**2) / (inner + outer) * np.sin(half) / half
-    hollow = np.flatnonzero(masses <= inner)
-    if hollow.size:
-        raise BadInput(
-            f"around = {counts[hollow[0]]} is too few for the ring from {inner[hollow[0]]:.6g} to "
-            f"{outer[hollow[0]]:.6g}: cells would have their centers of mass outside of it; give more"
-        )
-    points = np.vstack([mass * circle(int(count)) for mass, count in zip(masses, counts, strict=True)]) + middle
-    shown = "" if around is None else f", {as_text(np.asarray(around))}"
-    text = f"polar({rings!r}{shown}{center_text(middle)})"
-    return Cloud(points, np.repeat(areas, counts), typical(rings.sizes.tolist()), text)
+    return _laid(rings, around, middle, f"polar({rings!r}{_options(around, middle)})")
 
 
 def ring(
@@ -64,9 +49,9 @@ def ring(
     Raises:
         BadInput: for an outer radius that is not above the inner one, a negative inner one, and as `polar`.
     """
-    radii = layers(inner, outer, spacing)
-    require_few(pi * (radii[-1] - radii[0]) * (radii[-1] + radii[0]) / (radii[1] - radii[0]) ** 2, "spacing")
-    return polar(radii, around, center=center)
+    rings, middle = layers(inner, outer, spacing, dimension=2), as_center(center, 2)
+    text = f"ring({float(inner)}, {float(outer)}, {float(spacing)}{_options(around, middle)})"
+    return _laid(rings, around, middle, text)
 
 
 def disk(radius: float, spacing: float, *, around: ArrayLike | None = None, center: ArrayLike = (0.0, 0.0)) -> Cells:
@@ -137,6 +122,24 @@ def cylinder(
     return tube(0.0, solid, height, spacing, around=around, center=center)
 
 
+def _laid(rings: Axis, around: ArrayLike | None, middle: FloatArray, text: str) -> Cells:
+    """The cells of rings, in the order of the rings and of the angles."""
+    counts = fours(2 * pi * rings.coordinates / rings.sizes) if around is None else _counts(around, rings)
+    require_few(float(counts.sum()), "radii")
+    inner, outer = rings.edges[:-1], rings.edges[1:]
+    half = pi / counts
+    areas = half * (outer - inner) * (outer + inner)
+    masses = 2 / 3 * (inner**2 + inner * outer + outer**2) / (inner + outer) * np.sin(half) / half
+    hollow = np.flatnonzero(masses <= inner)
+    if hollow.size:
+        raise BadInput(
+            f"around = {counts[hollow[0]]} is too few for the ring from {inner[hollow[0]]:.6g} to "
+            f"{outer[hollow[0]]:.6g}: cells would have their centers of mass outside of it; give more"
+        )
+    points = np.vstack([mass * circle(int(count)) for mass, count in zip(masses, counts, strict=True)]) + middle
+    return Cloud(points, np.repeat(areas, counts), typical(rings.sizes.tolist()), text)
+
+
 def _counts(around: ArrayLike, rings: Axis) -> NDArray[np.int64]:
     given = np.asarray(around)
     if given.dtype.kind not in "iu" or given.shape not in ((), (len(rings),)) or (given < 3).any():
@@ -145,3 +148,8 @@ def _counts(around: ArrayLike, rings: Axis) -> NDArray[np.int64]:
             "per ring"
         )
     return np.broadcast_to(given, len(rings)).astype(np.int64)
+
+
+def _options(around: ArrayLike | None, middle: FloatArray) -> str:
+    """The arguments that were given by name, as they could be typed."""
+    return ("" if around is None else f", around={as_text(np.asarray(around))}") + center_text(middle)
