@@ -11,6 +11,9 @@ from rbs_core.errors import BadInput
 from rbs_core.space.checks import FloatArray, as_number, as_real, as_text, require_finite
 from rbs_core.space.grids.cells import require_few
 
+# A share of the first cell below which others are too small to fill anything.
+SMALLEST = 1e-6
+
 # Up to so many cells are shown one by one.
 SHOWN = 12
 
@@ -90,25 +93,27 @@ def edges(lower: float, upper: float, spacing: float, *, growth: float = 1.0) ->
 
     Raises:
         BadInput: for an empty interval, for a spacing or growth that is not positive, for cells that shrink so fast
-            that they never reach the end.
+            that they hardly reach the end or never do.
     """
     low, high = as_number(lower, "lower"), as_number(upper, "upper")
     if high <= low:
         raise BadInput(f"upper = {high} is not above lower = {low}; give upper above lower")
     first, ratio = as_number(spacing, "spacing", positive=True), as_number(growth, "growth", positive=True)
     length, excess = high - low, ratio - 1.0
-    if length * excess / first <= -1.0:
+    change = length * excess / first  # from the first cell to the one behind the last, as a multiple of the first
+    if 1.0 + change < SMALLEST:
         raise BadInput(
-            f"cells that begin with spacing = {first} and shrink by growth = {ratio} fill {-first / excess:.6g} at "
-            f"most, not {length}; give a larger spacing, or a growth nearer to 1"
+            f"cells that begin with spacing = {first} and shrink by growth = {ratio} fill {-first / excess:.6g} in the "
+            f"end, not {length}; give a larger spacing, or a growth nearer to 1"
         )
-    wanted = length / first if excess == 0.0 else log1p(length * excess / first) / log(ratio)
+    wanted = length / first if excess == 0.0 else log1p(change) / log(ratio)
     require_few(wanted, f"spacing = {first}")
     count = max(1, round(wanted))
     steps: FloatArray = np.arange(count + 1.0)
     filled = steps if excess == 0.0 else np.expm1(steps * log(ratio))
     # Weights of both ends, so that edges of equal cells around 0 are symmetric to the last bit.
     result: FloatArray = (low * (filled[-1] - filled) + high * filled) / filled[-1]
+    result[0], result[-1] = low, high  # also where the weights round
     return result
 
 

@@ -108,7 +108,7 @@ def test_bounds_are_sharp(kind, seed, stretched):
     axes = axes * rng.uniform(0.3, 3.0, (3, 1)) + rng.uniform(-0.1, 0.1, (3, 3)) if stretched else axes
     mapping = KINDS[kind](rng.uniform(-1, 1, 3), axes)
     lower, upper = np.sort(rng.uniform(0.0, 1.0, (2, 3)), axis=0) * ([3, 7, 2] if kind == "cylindrical" else [3, PI, 7])
-    mesh = np.stack(np.meshgrid(*[np.linspace(a, b, 41) for a, b in zip(lower, upper)], indexing="ij"), -1)
+    mesh = np.stack(np.meshgrid(*[np.linspace(a, b, 41) for a, b in zip(lower, upper, strict=True)], indexing="ij"), -1)
     image = mapping.to_parent(mesh.reshape(-1, 3))
     least, most = mapping.bounds_to_parent(lower, upper)
     assert (image >= least - 1e-14).all()
@@ -160,7 +160,7 @@ def test_moved_and_turned(kind, rng):
     mapping = KINDS[kind]((1.0, 0.0, 0.0))
     own = inside(mapping, 5, rng)
     moved = mapping.translated((0.0, 2.0)).rotated(0.5, center=(0.0, 0.0))
-    assert np.allclose(moved.to_parent(own), (mapping.to_parent(own) + [0, 2, 0]) @ rotation(0.5), atol=1e-14)
+    assert np.allclose(moved.to_parent(own), (mapping.to_parent(own) + np.array([0, 2, 0])) @ rotation(0.5), atol=1e-14)
     assert np.array_equal(mapping.frame.origin, [1, 0, 0])
 
 

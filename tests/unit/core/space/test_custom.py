@@ -175,8 +175,8 @@ def turned_slopes(points):
         (lambda: Custom(bend, unbend, samples=np.zeros((0, 3))), r"samples has shape \(0, 3\)"),
         (
             lambda: Custom(bend, unbend, jacobian=turned_slopes),
-            r"jacobian = turned_slopes is not the derivative of to_parent = bend: at the sample .* it is .*, differences"
-            r" give .*; give \[:, i, j\] = derivative of coordinate j by own coordinate i",
+            r"jacobian = turned_slopes is not the derivative of to_parent = bend: at the sample .* it is .*, "
+            r"differences give .*; give \[:, i, j\] = derivative of coordinate j by own coordinate i",
         ),
         (lambda: Custom(bend, unbend, jacobian=lambda p: p), r"return real numbers of shape \(64, 3, 3\)"),
         (
