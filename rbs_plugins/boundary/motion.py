@@ -87,7 +87,7 @@ class Translation(SolidMotion):
     """
 
     @staticmethod
-    def example(part: Part) -> dict[str, Any]:  # type: ignore[override]
+    def example(part: Part) -> dict[str, Any]:
         """A part of its own that sets off and gets faster."""
         along = np.eye(part.dimension)[0]
         return {"part": _movable(part), "velocity": 3.0 * along, "acceleration": 2.0 * along}
@@ -129,7 +129,7 @@ class Rotation(SolidMotion):
     """
 
     @staticmethod
-    def example(part: Part) -> dict[str, Any] | None:  # type: ignore[override]
+    def example(part: Part) -> dict[str, Any] | None:
         """A part of its own that turns about its origin."""
         return None if part.dimension == 1 else {"part": _movable(part), "velocity": 3.0}
 
