@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,11 @@ from rbs_core import BadInput, Exporter, Field, Part, Trigger, convert, world
 from rbs_core.files import writable_folder
 from rbs_core.space import Cartesian
 from rbs_core.trigger import Clock
-from rbs_plugins.fields import displacement, reference_position
+from rbs_plugins.exporters.names import fields_of
+from rbs_plugins.fields import displacement, reference_position, volume
 
 CONFIGURATIONS = ("current", "reference")
+RADIUS = "radius"  # what the radius of nodes is called in files
 
 # Arrays to be used again, by shape and dtype, because memory that was never touched is slow: what is made in one lasts
 # until the next of that kind is made in it.
@@ -30,31 +32,53 @@ class NodeExporter(Exporter):
         fields: node fields to export.
         path: the file, or folder and beginning of the file names.
         configuration: "current" or "reference" positions.
+        radius: whether the radius of each node is written as well.
         when: trigger.
 
     Raises:
-        BadInput: on a field that does not live at nodes or an unknown configuration; at the start of the run, if the
-            folder cannot be written.
+        BadInput: on a field that does not live at nodes (or at another place where the class takes some), with the
+            nearest names; on an unknown configuration, or a field with the name of something else that is written; at
+            the start of the run, if the folder cannot be written.
     """
 
+    places: ClassVar[tuple[str, ...]] = ("node",)
+
     def __init__(
-        self, part: Part, fields: Iterable[Field], path: str | Path, *, configuration: str, when: Trigger
+        self,
+        part: Part,
+        fields: Iterable[Field],
+        path: str | Path,
+        *,
+        configuration: str,
+        radius: bool = False,
+        when: Trigger,
     ) -> None:
         super().__init__(part, when=when)
-        self.path = Path(path)
-        self.fields = (fields,) if isinstance(fields, Field) else tuple(fields)
-        for field in self.fields:
-            if not isinstance(field, Field) or field.at != "node":
-                raise BadInput(f"{self.label}: {field!r} is no node field: only those can be exported as frames")
+        self.path, self.radius = Path(path), radius
+        self.fields = fields_of(self.label, fields, self.places, "only those can be exported as frames")
         if configuration not in CONFIGURATIONS:
             raise BadInput(f"{self.label}: configuration={configuration!r} must be one of {', '.join(CONFIGURATIONS)}")
         self.configuration = configuration
+        taken = next((field for field in self.fields if radius and field.name == RADIUS), None)
+        if taken is not None:
+            raise BadInput(f"{self.label}: {taken!r} has the name of the radius of nodes: rename it, or radius=False")
 
     @property
     def reads(self) -> tuple[Field, ...]:  # type: ignore[override]
-        """Positions of the configuration, and the exported fields."""
+        """Positions of the configuration, the exported fields, and volumes for the radius."""
         moved = (displacement,) if self.configuration == "current" else ()
-        return tuple(dict.fromkeys((reference_position, *moved, *self.fields)))
+        sized = (volume,) if self.radius else ()
+        return tuple(dict.fromkeys((reference_position, *moved, *self.fields, *sized)))
+
+    @property
+    def node_fields(self) -> list[Field]:
+        """Those among the fields that live at nodes."""
+        return [field for field in self.fields if field.at == "node"]
+
+    @property
+    def part_fields(self) -> list[Field]:
+        """Those that are numbers of the part."""
+        return [field for field in self.fields if field.at == "part"]
 
     @property
     def label(self) -> str:
@@ -86,6 +110,15 @@ class NodeExporter(Exporter):
         turns = turn if field.shape == "vector" else np.kron(turn, turn)  # R T R^T of a tensor, row after row
         return array @ turns.T.astype(np.result_type(array, np.float32))
 
+    def radii(self) -> NDArray[np.float64]:
+        """(n,) radius of the sphere (disk, segment) with the volume of a node, m."""
+        size = np.asarray(self[volume], np.float64)
+        if self.part.dimension == 3:
+            return np.cbrt(0.75 / np.pi * size)
+        if self.part.dimension == 2:
+            return np.sqrt(size / (np.pi * (self.part.thickness or 1.0)))
+        return 0.5 * size / (self.part.area or 1.0)
+
     def _turn(self) -> NDArray[np.float64] | None:
         """(3, 3) the axes of the part in the world; None for curved coordinates, where each node has its own."""
         system = self.part.system
@@ -105,6 +138,7 @@ class FrameExporter(NodeExporter):
         fields: node fields to export.
         path: folder and beginning of the file names.
         configuration: "current" or "reference" positions.
+        radius: whether the radius of each node is written as well.
         when: trigger.
 
     Raises:
@@ -112,9 +146,16 @@ class FrameExporter(NodeExporter):
     """
 
     def __init__(
-        self, part: Part, fields: Iterable[Field], path: str | Path, *, configuration: str, when: Trigger
+        self,
+        part: Part,
+        fields: Iterable[Field],
+        path: str | Path,
+        *,
+        configuration: str,
+        radius: bool = False,
+        when: Trigger,
     ) -> None:
-        super().__init__(part, fields, path, configuration=configuration, when=when)
+        super().__init__(part, fields, path, configuration=configuration, radius=radius, when=when)
         self.frames: list[tuple[float, str]] = []
 
     def frame(self, clock: Clock, suffix: str) -> Path:

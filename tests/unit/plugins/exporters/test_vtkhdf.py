@@ -5,12 +5,13 @@ from __future__ import annotations
 import h5py
 import numpy as np
 import pytest
+import pyvista
 
 import rbs_core as rbs
 from rbs_core import BadInput
 from rbs_plugins import VTKHDFExporter
-from rbs_plugins.exporters import series
-from rbs_plugins.fields import damage, displacement, fracture_dissipation
+from rbs_plugins.exporters import growing, series
+from rbs_plugins.fields import damage, displacement, kinetic_energy
 
 stress = rbs.Field("stress", "node", "tensor", "Pa", "s", "A test.")
 
@@ -206,10 +207,10 @@ def test_the_name_of_the_file(tmp_path):
     assert VTKHDFExporter(part, (), tmp_path / "a").label == "VTKHDFExporter 'body' a.vtkhdf"
 
 
-@pytest.mark.parametrize("field", [fracture_dissipation, rbs.intact, "damage"])
-def test_only_node_fields(field, tmp_path):
+@pytest.mark.parametrize(("field", "cure"), [(rbs.intact, "there are"), ("damage", "import damage"), (3, "exported")])
+def test_only_fields_of_nodes_and_of_the_part(field, cure, tmp_path):
     part = rbs.Part("body", rbs.Box(size=[4.0, 4.0])).discretize(1.0).connect(1.0)
-    with pytest.raises(BadInput, match="is no node field"):
+    with pytest.raises(BadInput, match=f"is no node field and no number of the part: .*{cure}"):
         VTKHDFExporter(part, [field], tmp_path / "frames")
 
 
@@ -248,18 +249,18 @@ def killed(tmp_path, monkeypatch, moment, **options):
     path, left, header = tmp_path / "frames.vtkhdf", tmp_path / "left", []
     _, analysis = scene(tmp_path, steps=2, **options)
     analysis.run(progress=False)
-    original = series._resized
+    original = growing.resized
 
     def look(file, name, rows):
         header[:] = header or [path.read_bytes()[:48]]
-        if moment == "values" and name == "Steps/NumberOfParts":  # they are there, and no index knows them
+        if moment == "values" and name == "VTKHDF/Steps/NumberOfParts":  # they are there, and no index knows them
             left.write_bytes(path.read_bytes())
-        elif moment != "values" and name == "Steps/Values":  # all is there, and does not count yet
+        elif moment != "values" and name == "VTKHDF/Steps/Values":  # all is there, and does not count yet
             whole = path.read_bytes()
             left.write_bytes(header[0] + whole[48:] if moment == "index" else whole)  # HDF5 writes its header last
         return original(file, name, rows)
 
-    monkeypatch.setattr(series, "_resized", look)
+    monkeypatch.setattr(growing, "resized", look)
     analysis.run(steps=3, progress=False)
     monkeypatch.undo()
     left.replace(path)
@@ -274,7 +275,7 @@ def test_a_killed_process_leaves_its_frames_and_can_be_resumed(
 ):
     options = {"configuration": configuration, "compression": compression}
     path = killed(tmp_path, monkeypatch, moment, **options)
-    assert moment == "values" or series.was_closed(path) == (moment == "header")
+    assert moment == "values" or growing.was_closed(path) == (moment == "header")
     reader = reading(path)
     assert reader.GetNumberOfSteps() == 2
     for step in (0, 1):
@@ -282,7 +283,7 @@ def test_a_killed_process_leaves_its_frames_and_can_be_resumed(
         reader.Update()
         assert reader.GetOutput().GetPointData().GetArray("damage").GetValue(0) == step + 1
     scene(tmp_path, steps=5, **options)[1].run(progress=False, resume=tmp_path / "state.npz")
-    assert series.was_closed(path)
+    assert growing.was_closed(path)
     (tmp_path / "whole").mkdir()
     scene(tmp_path / "whole", steps=5, **options)[1].run(progress=False)
     one, two = contents(tmp_path / "whole"), contents(tmp_path)
@@ -348,3 +349,64 @@ def test_a_file_that_goes_away_is_an_error_that_names_it(tmp_path):
     (tmp_path / "frames.vtkhdf").unlink()
     with pytest.raises(OSError, match=r"VTKHDFExporter 'body' frames.vtkhdf cannot write .*frames.vtkhdf"):
         exporter.apply(analysis.clock)
+
+
+# -- radius, and numbers of the part --------------------------------------------------------------------------------
+
+ends = rbs.Field("ends", "part", "vector", "m", "e", "A test.")
+
+
+class Grow(rbs.Measure):
+    """Numbers of the part that follow the step."""
+
+    writes = (kinetic_energy, ends)
+
+    def apply(self, clock):
+        self[kinetic_energy][...] = clock.step
+        self[ends][...] = (clock.step, -clock.step)
+
+
+def rich(path, *, steps, nodes=4, **options):
+    """A scene whose file has arrays of all kinds."""
+    part = rbs.Part("body", rbs.Box(size=[float(nodes), 1.0])).discretize(1.0, thickness=0.1)
+    fields = [kinetic_energy, displacement, ends]
+    exporter = VTKHDFExporter(part, fields, path / "frames", radius=True, **options)
+    scene = [Move(part), Grow(part), exporter, rbs.Checkpoint(path / "state.npz", when=rbs.every(2))]
+    return part, rbs.Analysis(scene, dt=0.5, steps=steps)
+
+
+@pytest.mark.parametrize("nodes", [1, 4])
+@pytest.mark.parametrize("options", [{}, {"compression": "gzip"}, {"configuration": "current"}])
+def test_vtk_reads_the_radius_and_the_numbers_of_the_part(tmp_path, options, nodes):
+    part, analysis = rich(tmp_path, steps=3, nodes=nodes, **options)
+    analysis.run(progress=False)
+    reader = reading(tmp_path / "frames.vtkhdf")
+    for step in range(3):
+        reader.SetStep(step)
+        reader.Update()
+        data = pyvista.wrap(reader.GetOutput())
+        assert data.field_data["kinetic_energy"].tolist() == [step + 1]
+        assert data.field_data["ends"].tolist() == [[step + 1, -step - 1]]
+        np.testing.assert_allclose(data["radius"], np.sqrt(1 / np.pi))
+    assert contents(tmp_path)["VTKHDF/PointData/radius"].shape == (len(part),)  # once
+
+
+@pytest.mark.parametrize("was_closed", [True, False])
+def test_they_are_continued_as_well(tmp_path, was_closed, monkeypatch):
+    for folder in ("whole", "parts"):
+        (tmp_path / folder).mkdir()
+    rich(tmp_path / "whole", steps=5)[1].run(progress=False)
+    rich(tmp_path / "parts", steps=3)[1].run(progress=False)
+    monkeypatch.setattr(growing, "was_closed", lambda _: was_closed)
+    rich(tmp_path / "parts", steps=5)[1].run(progress=False, resume=tmp_path / "parts" / "state.npz")
+    one, two = contents(tmp_path / "whole"), contents(tmp_path / "parts")
+    assert one.keys() == two.keys()
+    assert all(np.array_equal(one[name], two[name]) for name in one)
+
+
+def test_a_file_without_the_radius_is_not_continued(tmp_path):
+    rich(tmp_path, steps=2)[1].run(progress=False)
+    _, analysis = rich(tmp_path, steps=4)
+    analysis.relations[2].radius = False
+    with pytest.raises(BadInput, match=r"holds \['Points', 'PointData/radius'\] once for all frames instead of"):
+        analysis.run(progress=False, resume=tmp_path / "state.npz")
