@@ -13,7 +13,9 @@ from rbs_plugins.boundary.domain import BoundaryDomain
 from rbs_plugins.constitutive.bond_based import BondBased
 from rbs_plugins.constitutive.fracture import Criterion, CriticalStretch, Damage
 from rbs_plugins.constitutive.pairwise import PairwiseForce
+from rbs_plugins.exporters.hdf5 import HDF5Exporter
 from rbs_plugins.exporters.picture import PictureExporter
+from rbs_plugins.exporters.run import read_run
 from rbs_plugins.exporters.table import CSVExporter, read_table
 from rbs_plugins.exporters.vtk import VTKExporter
 from rbs_plugins.exporters.vtkhdf import VTKHDFExporter
@@ -29,6 +31,7 @@ __all__ = [
     "Damage",
     "Drift",
     "FractureDissipation",
+    "HDF5Exporter",
     "Kick",
     "KineticEnergy",
     "PairwiseForce",
@@ -39,6 +42,7 @@ __all__ = [
     "VTKHDFExporter",
     "VelocityVerlet",
     "fields",
+    "read_run",
     "read_table",
 ]
 
@@ -48,7 +52,7 @@ def rbs_relations() -> Iterable[type[rbs.Relation]]:
     """The built-in relations."""
     return [
         PairwiseForce, BondBased, Damage, Kick, Drift, BoundaryDomain, KineticEnergy, StrainEnergy,
-        FractureDissipation, VTKExporter, VTKHDFExporter, CSVExporter, PictureExporter,
+        FractureDissipation, VTKExporter, VTKHDFExporter, HDF5Exporter, CSVExporter, PictureExporter,
     ]  # fmt: skip
 
 

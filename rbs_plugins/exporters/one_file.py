@@ -129,8 +129,8 @@ class OneFileExporter(Exporter):
     def _stored(self, array: NDArray[Any]) -> NDArray[Any]:
         """The same numbers, of the type of the file, one after the other in memory."""
         if array.dtype.kind == "b":  # HDF5 would make an enumeration of it, which viewers do not know
-            return np.ascontiguousarray(array, np.uint8)
-        return np.ascontiguousarray(array, PRECISIONS[self.precision] if array.dtype.kind == "f" else None)
+            return np.asarray(array, np.uint8, order="C")
+        return np.asarray(array, PRECISIONS[self.precision] if array.dtype.kind == "f" else None, order="C")
 
     def _other_times(self, found: list[float]) -> str:
         """What is wrong with the times of a file, s, as the end of a sentence."""
