@@ -15,6 +15,7 @@ from rbs_plugins.constitutive.fracture import Criterion, CriticalStretch, Damage
 from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.exporters.hdf5 import HDF5Exporter
 from rbs_plugins.exporters.picture import PictureExporter
+from rbs_plugins.exporters.reductions import largest, mean, smallest, total
 from rbs_plugins.exporters.run import read_run
 from rbs_plugins.exporters.table import CSVExporter, read_table
 from rbs_plugins.exporters.vtk import VTKExporter
@@ -42,8 +43,12 @@ __all__ = [
     "VTKHDFExporter",
     "VelocityVerlet",
     "fields",
+    "largest",
+    "mean",
     "read_run",
     "read_table",
+    "smallest",
+    "total",
 ]
 
 
