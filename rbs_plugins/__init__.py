@@ -18,6 +18,7 @@ from rbs_plugins.exporters.picture import PictureExporter
 from rbs_plugins.exporters.reductions import largest, mean, smallest, total
 from rbs_plugins.exporters.run import read_run
 from rbs_plugins.exporters.table import CSVExporter, read_table
+from rbs_plugins.exporters.text import TextExporter
 from rbs_plugins.exporters.vtk import VTKExporter
 from rbs_plugins.exporters.vtkhdf import VTKHDFExporter
 from rbs_plugins.integrators.explicit import Drift, Kick, SymplecticEuler, VelocityVerlet
@@ -39,6 +40,7 @@ __all__ = [
     "PictureExporter",
     "StrainEnergy",
     "SymplecticEuler",
+    "TextExporter",
     "VTKExporter",
     "VTKHDFExporter",
     "VelocityVerlet",
@@ -57,7 +59,8 @@ def rbs_relations() -> Iterable[type[rbs.Relation]]:
     """The built-in relations."""
     return [
         PairwiseForce, BondBased, Damage, Kick, Drift, BoundaryDomain, KineticEnergy, StrainEnergy,
-        FractureDissipation, VTKExporter, VTKHDFExporter, HDF5Exporter, CSVExporter, PictureExporter,
+        FractureDissipation, VTKExporter, VTKHDFExporter, HDF5Exporter, CSVExporter, TextExporter,
+        PictureExporter,
     ]  # fmt: skip
 
 
