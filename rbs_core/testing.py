@@ -135,12 +135,14 @@ def check_words(relation: Relation) -> None:
     for word in WORDS:
         fields = getattr(relation, word)
         assert isinstance(fields, tuple), f"{relation.label}: {word} must be a tuple of fields, got {fields!r}"
-        for field in fields:
+        for each in fields:
+            part, field = each if isinstance(each, tuple) and len(each) == 2 else (relation.part, each)
             assert isinstance(field, Field), f"{relation.label}: {word} holds {field!r}, which is no Field"
+            assert isinstance(part, Part), f"{relation.label}: {word} holds a field of {part!r}, which is no Part"
         assert len(set(fields)) == len(fields), f"{relation.label}: {word} names a field twice: {fields}"
     for one, other in (("writes", "updates"), ("writes", "adds"), ("updates", "adds"), ("writes", "offers")):
-        both = set(getattr(relation, one)) & set(getattr(relation, other))
-        assert not both, f"{relation.label} both {one} and {other} {sorted(field.name for field in both)}"
+        both = set(relation.keys(one)) & set(relation.keys(other))
+        assert not both, f"{relation.label} both {one} and {other} {sorted(field.name for _, field in both)}"
 
 
 def check_honesty(

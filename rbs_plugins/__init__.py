@@ -13,7 +13,10 @@ from rbs_plugins.boundary.domain import BoundaryDomain
 from rbs_plugins.constitutive.bond_based import BondBased
 from rbs_plugins.constitutive.fracture import Criterion, CriticalStretch, Damage
 from rbs_plugins.constitutive.pairwise import PairwiseForce
+from rbs_plugins.exporters.animation import AnimationExporter
+from rbs_plugins.exporters.connections import ConnectionExporter
 from rbs_plugins.exporters.hdf5 import HDF5Exporter
+from rbs_plugins.exporters.neighborhoods import NeighborhoodExporter
 from rbs_plugins.exporters.picture import PictureExporter
 from rbs_plugins.exporters.reductions import largest, mean, smallest, total
 from rbs_plugins.exporters.run import read_run
@@ -25,9 +28,11 @@ from rbs_plugins.integrators.explicit import Drift, Kick, SymplecticEuler, Veloc
 from rbs_plugins.measures import FractureDissipation, KineticEnergy, StrainEnergy
 
 __all__ = [
+    "AnimationExporter",
     "BondBased",
     "BoundaryDomain",
     "CSVExporter",
+    "ConnectionExporter",
     "Criterion",
     "CriticalStretch",
     "Damage",
@@ -36,6 +41,7 @@ __all__ = [
     "HDF5Exporter",
     "Kick",
     "KineticEnergy",
+    "NeighborhoodExporter",
     "PairwiseForce",
     "PictureExporter",
     "StrainEnergy",
@@ -60,7 +66,7 @@ def rbs_relations() -> Iterable[type[rbs.Relation]]:
     return [
         PairwiseForce, BondBased, Damage, Kick, Drift, BoundaryDomain, KineticEnergy, StrainEnergy,
         FractureDissipation, VTKExporter, VTKHDFExporter, HDF5Exporter, CSVExporter, TextExporter,
-        PictureExporter,
+        PictureExporter, AnimationExporter, NeighborhoodExporter, ConnectionExporter,
     ]  # fmt: skip
 
 

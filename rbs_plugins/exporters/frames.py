@@ -90,13 +90,17 @@ class NodeExporter(Exporter):
 
     def positions(self, scale: float = 1.0, room: Room | None = None) -> NDArray[np.float64]:
         """(n, 3) positions in the configuration of this exporter, displaced so many times, in world coordinates, m."""
-        local = self[reference_position]
+        return self.positions_of(self.part, scale, room)
+
+    def positions_of(self, part: Part, scale: float = 1.0, room: Room | None = None) -> NDArray[np.float64]:
+        """The same of another part, whose positions (and displacement) the contract names."""
+        local = self[part, reference_position]
         padded = _zeros((len(local), 3), local.dtype, room)
         for axis in range(local.shape[1]):
             padded[:, axis] = local[:, axis]
             if self.configuration == "current":
-                padded[:, axis] += scale * self[displacement][:, axis]
-        return padded if self.part.system is world else convert(padded, self.part.system, world)
+                padded[:, axis] += scale * self[part, displacement][:, axis]
+        return padded if part.system is world else convert(padded, part.system, world)
 
     def values(self, field: Field, room: Room | None = None) -> NDArray[Any]:
         """A field as viewers expect it, vectors and tensors turned into world coordinates as the positions are.
