@@ -52,7 +52,8 @@ class GivenRows:
         return np.asarray(self.offsets, np.int64), np.asarray(self.neighbors, np.int64)
 
     def __repr__(self) -> str:
-        return f"GivenRows({self.part.name}, {self.other.name}, {len(self.as_rows()[1])} bonds)"
+        ends = [getattr(part, "name", part) for part in (self.part, self.other)]
+        return f"GivenRows({ends[0]}, {ends[1]}, {len(self.as_rows()[1])} bonds)"
 
 
 class ConnectionExporter(FrameExporter):

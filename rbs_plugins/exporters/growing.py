@@ -85,6 +85,7 @@ def put(file: Any, name: str, frame: int, values: NDArray[Any]) -> None:
     """Writes what belongs to a frame behind the frames before."""
     begin = frame * len(values)
     data = resized(file, name, begin + len(values))
+    values = values.astype(data.dtype, copy=False)  # chunks are taken as they are
     filters = data.get_create_plist()
     if filters.get_nfilters() and not _is_gzip(filters):
         file[name][begin:] = values

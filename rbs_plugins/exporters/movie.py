@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rbs_core import BadInput
 from rbs_core.files import written_whole
 
 ENDINGS = (".gif", ".mp4")
 MOST_FPS = {".gif": 50.0, ".mp4": 1000.0}  # viewers show GIF frames of less than 1/50 s slower
-GRAYS = 40  # of the 256 colours of a GIF, for text and its soft edges
+MAPPED, TINTS, GRAYS = 128, 32, 32  # of the 256 colours of a GIF, see `_palette`
 
 
 def need_encoder(owner: str, path: Path) -> None:
@@ -56,8 +57,9 @@ def _write_mp4(path: Path, pictures: Sequence[Path], fps: float, colors: str) ->
         size = first.size
     # the name of the file does not tell ffmpeg the format, as it is another until the movie is complete
     writer = imageio_ffmpeg.write_frames(
-        str(path), size, fps=fps, macro_block_size=2, ffmpeg_log_level="error", output_params=["-f", "mp4"]
-    )
+        str(path), size, fps=fps, macro_block_size=2, ffmpeg_log_level="error", ffmpeg_timeout=0,
+        output_params=["-f", "mp4"],
+    )  # fmt: skip
     writer.send(None)
     try:
         for picture in pictures:
@@ -108,12 +110,15 @@ def _block(frame: Any) -> bytes:
 
 
 def _palette(colors: str) -> Any:
-    """256 colours for all frames: those of the colour map, and grays."""
+    """256 colours for all frames: those of the map, a quarter as many in three lighter tints for edges, and grays."""
     import pyvista
     from PIL import Image
 
-    mapped = np.asarray(pyvista.LookupTable(colors, n_values=256 - GRAYS).values)[:, :3]
-    grays = np.repeat(np.linspace(0, 255, GRAYS).round()[:, None], 3, axis=1)
+    def mapped(count: int) -> NDArray[np.float64]:
+        return np.asarray(pyvista.LookupTable(colors, n_values=count).values, np.float64)[:, :3]
+
+    tints = [mapped(TINTS) * share + 255 * (1 - share) for share in (0.75, 0.5, 0.25)]
+    grays = np.repeat(np.linspace(0, 255, GRAYS)[:, None], 3, axis=1)
     image = Image.new("P", (1, 1))
-    image.putpalette(np.concatenate([mapped, grays]).astype(np.uint8).ravel().tolist())
+    image.putpalette(np.concatenate([mapped(MAPPED), *tints, grays]).round().astype(np.uint8).ravel().tolist())
     return image

@@ -28,7 +28,7 @@ class PictureExporter(DrawingExporter):
     Where no picture can be drawn (no graphics library), the run goes on and a warning says so once.
     """
 
-    example = {"field": displacement, "path": "picture"}
+    example = {"field": displacement, "path": "picture", "size": (200, 180)}
 
     def __init__(
         self,
