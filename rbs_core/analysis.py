@@ -16,7 +16,7 @@ from rbs_core.contract import Plan, plan
 from rbs_core.errors import BadInput, DishonestRelation, NotFinite
 from rbs_core.honesty import Watch, blamed, check_finite
 from rbs_core.interrupt import Interrupt
-from rbs_core.part import Part
+from rbs_core.part import Host, Part
 from rbs_core.plugins import registry
 from rbs_core.relation import Relation
 from rbs_core.report import Progress, Report, Row, log
@@ -90,8 +90,13 @@ class Analysis:
     @property
     def parts(self) -> list[Part]:
         """The parts that the relations speak of, in order of first mention."""
+        return [host for host in self.hosts if isinstance(host, Part)]
+
+    @property
+    def hosts(self) -> list[Host]:
+        """The parts, and connections of parts, that the relations speak of, in order of first mention."""
         relations = [r for r in self._relations if not isinstance(r, checkpoint.Checkpoint)]
-        return list(dict.fromkeys(part for relation in relations for part in relation.parts))
+        return list(dict.fromkeys(host for relation in relations for host in relation.hosts))
 
     @property
     def unique(self) -> list[Relation]:
@@ -101,7 +106,7 @@ class Analysis:
     @property
     def nbytes(self) -> int:
         """Bytes of all fields and bonds, and of what the relations keep beside them."""
-        return sum(part.nbytes for part in self.parts) + sum(relation.nbytes for relation in self.unique)
+        return sum(host.nbytes for host in self.hosts) + sum(relation.nbytes for relation in self.unique)
 
     # -- before the first step --------------------------------------------------------------------------------------
 
@@ -111,9 +116,9 @@ class Analysis:
         Raises:
             MissingField, FieldClash, BadLaw, BadInput: see there; nothing has been computed or written then.
         """
-        for name, count in Counter(part.name for part in self.parts).items():
+        for name, count in Counter(host.name for host in self.hosts).items():
             if count > 1:
-                raise BadInput(f"{count} parts are called '{name}': give each its own name")
+                raise BadInput(f"{count} parts (or connections) are called '{name}': give each its own name")
         unique = self.unique
         for relation in unique:
             if relation.outdated:
@@ -200,7 +205,7 @@ class Analysis:
         calls = schedule(self._relations, self.plan.clear, batches=not debug)
         rows = [Row(call.label) for call in calls]
         report = self.report = Report(rows, nbytes=self.nbytes)
-        report.storages = {part.name: part.bonds.storage for part in self.parts if part.connected}
+        report.storages = {host.name: host.bonds.storage for host in self.hosts if host.connected}
         report.prepare_seconds = time.perf_counter() - begin
         hooks = registry().manager.hook
         first = self.clock.step

@@ -24,7 +24,7 @@ from rbs_core.files import writable_folder, written_whole
 from rbs_core.geometry import Everywhere
 from rbs_core.honesty import check_finite
 from rbs_core.part import Part
-from rbs_core.relation import Relation
+from rbs_core.relation import Key, Relation
 from rbs_core.trigger import Clock, Trigger, always
 
 if TYPE_CHECKING:
@@ -85,8 +85,8 @@ class Checkpoint(Relation):
 def save(path: Path, analysis: Analysis) -> None:
     """Writes a checkpoint: to a temporary name first, then renamed, so that a crash leaves the old one whole."""
     arrays: dict[str, Any] = {}
-    for part, field in analysis.plan.carried:
-        arrays[f"field/{part.name}/{field.name}"] = part.raw(field)
+    for host, field in _carried(analysis):
+        arrays[f"field/{host.name}/{field.name}"] = host.raw(field)
     states: dict[str, Any] = {}
     for key, relation in _keyed(analysis):
         state = relation.state()
@@ -126,7 +126,7 @@ def load(path: str | Path, analysis: Analysis, dt: float) -> bool:
         return False
     meta, arrays = _read(path)
     difference = _difference(meta["fingerprint"], fingerprint(analysis, dt))
-    wanted = {f"field/{part.name}/{field.name}": (part, field) for part, field in analysis.plan.carried}
+    wanted = {f"field/{part.name}/{field.name}": (part, field) for part, field in _carried(analysis)}
     found = {name: array.shape for name, array in arrays.items() if name.startswith("field/")}
     missed = found.items() ^ {(name, part.raw(field).shape) for name, (part, field) in wanted.items()}
     if difference is None and missed:
@@ -147,6 +147,11 @@ def load(path: str | Path, analysis: Analysis, dt: float) -> bool:
     analysis.clock.dt = dt
     analysis.clock.time = analysis.clock.step * dt
     return True
+
+
+def _carried(analysis: Analysis) -> list[Key]:
+    """The carried fields, but for those of bonds that are searched again: who searches keeps them."""
+    return [(host, field) for host, field in analysis.plan.carried if not host.searched_again]
 
 
 def time_step(path: str | Path) -> float:
@@ -189,12 +194,12 @@ def _keyed(analysis: Analysis) -> list[tuple[str, Relation]]:
 def fingerprint(analysis: Analysis, dt: float) -> dict[str, str]:
     """What makes a scene the same scene: physics, nodes, bonds and given fields. Measures do not count."""
     print_: dict[str, str] = {"time step": f"{dt!r} s"}
-    for part in analysis.parts:
-        if not part.fields:
+    for host in analysis.hosts:
+        if host.searched_again or not (host.fields or host.connected):
             continue
-        print_[f"nodes of '{part.name}'"] = f"{len(part)}{' in single precision' if part.precision == 'single' else ''}"
-        if part.connected:
-            print_[f"bonds of '{part.name}'"] = f"{part.bonds.storage} {_digest(*part.bonds.stored.arrays())}"
+        print_[f"nodes of '{host.name}'"] = f"{len(host)}{' in single precision' if host.precision == 'single' else ''}"
+        if host.connected:
+            print_[f"bonds of '{host.name}'"] = f"{host.bonds.storage} {_digest(*host.bonds.stored.arrays())}"
     physics = _physics(analysis)
     for number, relation in enumerate(physics):
         parameters = ", ".join(f"{name}={_describe(value)}" for name, value in relation.identity().items())
@@ -219,12 +224,12 @@ def _physics(analysis: Analysis) -> list[Relation]:
 def given_values(analysis: Analysis) -> dict[str, str]:
     """Digests of what the script has set, fields and cut bonds: to be taken before the first step changes them."""
     print_: dict[str, str] = {}
-    for part in analysis.parts:
-        for field in sorted(part.fields, key=lambda f: f.name):
-            if field in part.store(field.at).given:
-                print_[f"field '{field.name}' of '{part.name}'"] = _digest(part.raw(field))
-        if part.connected and part.bonds.has_broken:
-            print_[f"broken bonds of '{part.name}'"] = _digest(part.bonds.fields.raw(intact))
+    for host in analysis.hosts:
+        for field in sorted(host.fields, key=lambda f: f.name):
+            if field in host.store(field.at).given:
+                print_[f"field '{field.name}' of '{host.name}'"] = _digest(host.raw(field))
+        if host.connected and host.bonds.has_broken and not host.searched_again:
+            print_[f"broken bonds of '{host.name}'"] = _digest(host.bonds.fields.raw(intact))
     return print_
 
 

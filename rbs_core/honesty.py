@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from rbs_core.errors import DishonestRelation, NotFinite
 from rbs_core.fields import Field
-from rbs_core.part import Part
+from rbs_core.part import Host
 from rbs_core.relation import Relation
 
 
-def check_finite(keys: Iterable[tuple[Part, Field]]) -> None:
+def check_finite(keys: Iterable[tuple[Host, Field]]) -> None:
     """What goes into a file must be finite, so that the last good frame stays the last one written.
 
     Raises:
@@ -31,7 +31,7 @@ def check_finite(keys: Iterable[tuple[Part, Field]]) -> None:
             raise not_finite(part, field.name, array)
 
 
-def not_finite(part: Part, name: str, array: Any) -> NotFinite:
+def not_finite(part: Host, name: str, array: Any) -> NotFinite:
     """The error that names the first entry which is not finite."""
     index = np.argwhere(~np.isfinite(array))[0]
     node = int(index[0]) if len(index) else None
@@ -65,8 +65,8 @@ class Watch:
     """
 
     def __init__(self, relations: Sequence[Relation]) -> None:
-        self._parts = [part for part in dict.fromkeys(p for r in relations for p in r.parts) if part.fields]
-        self._before: dict[tuple[Part, Field], NDArray[Any]] = {}
+        self._parts = [part for part in dict.fromkeys(p for r in relations for p in r.hosts) if part.fields]
+        self._before: dict[tuple[Host, Field], NDArray[Any]] = {}
 
     def before(self, relation: Relation) -> None:
         """Fills what the relation will write with NaN and remembers everything else."""

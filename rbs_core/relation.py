@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 
 from rbs_core.errors import BadInput, UndeclaredField
 from rbs_core.fields import Field
-from rbs_core.part import Part
+from rbs_core.part import Connection, Host, Part
 from rbs_core.trigger import Clock, Trigger, always
 
-Key = tuple[Part, Field]
+Key = tuple[Host, Field]
 Fields = tuple[Field | Key, ...]
 
 
@@ -49,6 +49,7 @@ class Relation:
 
     `storages` names the representations of bonds that a relation with bond fields in its contract can work with. The
     arrays of a lattice's bond fields cannot be written, so what changes bonds through `self[field]` needs the list.
+    `connections` names those whose bonds it works for.
     """
 
     role: ClassVar[str] = "relation"
@@ -59,6 +60,7 @@ class Relation:
     adds: Fields = ()
     offers: Fields = ()
     storages: tuple[str, ...] = ("list",)
+    connections: tuple[Connection, ...] = ()
 
     _given_arguments: dict[str, Any]
 
@@ -126,6 +128,11 @@ class Relation:
         """
         return None
 
+    def squared_frequencies(self) -> dict[Part, NDArray[np.float64]]:
+        """The same for every part that the relation acts on."""
+        bound = self.squared_frequency()
+        return {} if bound is None else {self.part: bound}
+
     def items(self) -> int:
         """Directed bonds that one call works for, for the table of times; 0 if it has no bonds."""
         return 0
@@ -175,7 +182,12 @@ class Relation:
     @property
     def parts(self) -> list[Part]:
         """The parts that the contract speaks of, its own first."""
-        return list(dict.fromkeys([self.part, *(part for part, _ in self.keys(*WORDS))]))
+        return [host for host in self.hosts if isinstance(host, Part)]
+
+    @property
+    def hosts(self) -> list[Host]:
+        """The parts, and connections of parts, that the contract speaks of, its own part first."""
+        return list(dict.fromkeys([self.part, *self.connections, *(host for host, _ in self.keys(*WORDS))]))
 
     def __getitem__(self, field: Field | Key) -> NDArray[Any]:
         """The array of a declared field of the part; `self[other, field]` of another part.
@@ -227,19 +239,20 @@ class Relation:
         if value is not array:
             array[...] = value
 
-    def constant(self, field: Field) -> float | None:
+    def constant(self, field: Field | Key) -> float | None:
         """The one value of a scalar field that is equal everywhere and that no relation of the scene changes, or None.
 
         Loops take it as a number: nothing to load. Before the relation is part of a prepared scene it is None.
         """
-        if self._changed is None or (self.part, field) in self._changed:
+        key = field if isinstance(field, tuple) else (self.part, field)
+        if self._changed is None or key in self._changed:
             return None
-        array = self[field]
+        array = self[key]
         return float(array.flat[0]) if array.size and (array == array.flat[0]).all() else None
 
-    def wants(self, field: Field) -> bool:
+    def wants(self, field: Field | Key) -> bool:
         """True if some relation of the scene reads this offer."""
-        return (self.part, field) in self._offered
+        return (field if isinstance(field, tuple) else (self.part, field)) in self._offered
 
     def choose_storage(self) -> None:
         """Bonds that the contract names become a list if the relation can work with nothing else.
@@ -247,9 +260,9 @@ class Relation:
         Raises:
             BadInput: if the user wants a lattice there.
         """
-        for part, field in self.keys(*WORDS):
-            if field.at == "bond" and part.bonds.storage not in self.storages:
-                part.bonds.need_list(self.label)
+        for host, field in self.keys(*WORDS):
+            if field.at == "bond" and host.bonds.storage not in self.storages:
+                host.bonds.need_list(self.label)
 
     # -- what the analysis uses -------------------------------------------------------------------------------------
 
@@ -271,7 +284,7 @@ class Relation:
     @property
     def parameters(self) -> dict[str, Any]:
         """The arguments that were given, without the part."""
-        return {name: value for name, value in self._given_arguments.items() if not isinstance(value, Part)}
+        return {name: value for name, value in self._given_arguments.items() if not isinstance(value, Host)}
 
     def __repr__(self) -> str:
         given = "".join(f", {name}={_short(value)}" for name, value in self.parameters.items())

@@ -84,7 +84,7 @@ def schedule(relations: Sequence[Relation], clear: Mapping[int, Sequence[Key]], 
     if len(set(shared)) == len(shared):
         return calls
     groups: dict[Hashable, list[Call]] = {}
-    for call, key, level in zip(calls, keys, _levels(relations), strict=True):
+    for call, key, level in zip(calls, keys, _levels(calls), strict=True):
         groups.setdefault((level, call.position if key is None else key), []).append(call)
     if all(len(group) == 1 for group in groups.values()):
         return calls
@@ -112,24 +112,33 @@ def _merged(group: list[Call]) -> Call:
     return Call(first.position, members, cleared, members[0].batch(members))
 
 
-def _levels(relations: Sequence[Relation]) -> Iterator[int]:
+def _levels(calls: Sequence[Call]) -> Iterator[int]:
     """How many relations in front of each must be done before it, one after another.
 
     A relation waits for those that change what it touches, those that look at what it changes, and those that it was
-    given. Whatever writes files stays where it is.
+    given. Relations that add to one sum need not wait for each other, but for the first of them, which clears or sets
+    it. Whatever writes files stays where it is.
     """
     changed: dict[Any, int] = {}
+    added: dict[Any, int] = {}
     looked: dict[Any, int] = {}
     floor = top = 0
-    for relation in relations:
-        writes = [*relation.keys("writes", "updates", "adds", "offers"), relation]
+    for call in calls:
+        relation = call.relations[0]
+        first = {*call.clear, *relation.starts}
+        adds = [key for key in relation.keys("adds") if key not in first]
+        offers = filter(relation.wants, relation.keys("offers"))
+        writes = [*relation.keys("writes", "updates"), *offers, *first, relation]
         reads = [*relation.keys("reads"), *_given(relation.parameters.values())]
-        waits = [changed.get(key, 0) for key in (*reads, *writes)] + [looked.get(key, 0) for key in writes]
+        waits = [changed.get(key, 0) for key in (*reads, *writes, *adds)]
+        waits += [added.get(key, 0) for key in (*reads, *writes)]
+        waits += [looked.get(key, 0) for key in (*writes, *adds)]
         level = max([floor, *waits])
         if relation.role in ("exporter", "checkpoint"):
             level = floor = max(top, level)
-        for key in reads:
-            looked[key] = max(looked.get(key, 0), level + 1)
+        for known, keys in ((looked, reads), (added, adds)):
+            for key in keys:
+                known[key] = max(known.get(key, 0), level + 1)
         for key in writes:
             changed[key] = level + 1
         top = max(top, level + 1)

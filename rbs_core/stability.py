@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rbs_core.errors import UnstableStep
 from rbs_core.part import Part
@@ -39,13 +40,11 @@ def largest_stable_step(relations: Sequence[Relation]) -> Limit | None:
     Forces on one part stiffen each other, so their bounds of the squared frequency add up node by node.
     """
     limits = []
-    of_part: dict[Part, list[Relation]] = {}
+    totals: dict[Part, NDArray[np.float64]] = {}
     for relation in dict.fromkeys(relations):
-        of_part.setdefault(relation.part, []).append(relation)
-    for part, those in of_part.items():
-        bounds = [relation.squared_frequency() for relation in those]
-        known = [bound for bound in bounds if bound is not None]
-        total = sum(known[1:], known[0]) if known else np.zeros(1)
+        for part, bound in relation.squared_frequencies().items():
+            totals[part] = totals[part] + bound if part in totals else bound
+    for part, total in totals.items():
         if total.max() > 0:
             limits.append(Limit(2.0 / math.sqrt(total.max()), part, int(total.argmax())))
     return min(limits, key=lambda limit: limit.dt, default=None)

@@ -20,7 +20,7 @@ from rbs_core.analysis import Analysis
 from rbs_core.checkpoint import Checkpoint
 from rbs_core.errors import BadInput
 from rbs_core.fields import Field
-from rbs_core.part import Part
+from rbs_core.part import Host, Part
 from rbs_core.plugins import Registry, use_registry
 from rbs_core.relation import WORDS, Measure, Relation
 
@@ -87,7 +87,7 @@ def furnish(relations: Sequence[Relation]) -> None:
                 part[field] = _typical(part, field)
 
 
-def _typical(part: Part, field: Field) -> Any:
+def _typical(part: Host, field: Field) -> Any:
     """A value to work with, for a field whose meaning is unknown."""
     if field.shape != "scalar":
         return field.initial

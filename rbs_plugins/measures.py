@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbs_core import BadInput, Field, Measure, Part, Trigger, always
+from rbs_core.relation import Fields, Key
 from rbs_core.trigger import Clock
 from rbs_plugins.constitutive.bond_based import BondBased
 from rbs_plugins.constitutive.pairwise import PairwiseForce
@@ -80,14 +81,14 @@ class StrainEnergy(Measure):
         for force in self._forces:
             if not hasattr(force, "energy"):
                 raise BadInput(f"{self.label}: {force!r} does not know its energy: list constitutive relations")
-            if force.part is not part:
+            if part not in force.ends:
                 raise BadInput(f"{self.label}: {force.label} belongs to another part")
 
     @property
-    def reads(self) -> tuple[Field, ...]:  # type: ignore[override]
+    def reads(self) -> Fields:  # type: ignore[override]
         """What the forces read, and the state of their bonds."""
-        fields = [field for force in self._forces for field in (*force.reads, *force.updates)]
-        return tuple(dict.fromkeys([volume, *fields]))
+        looked_at: list[Field | Key] = [key for force in self._forces for key in (*force.reads, *force.updates)]
+        return tuple(dict.fromkeys([volume, *looked_at]))
 
     def attach(self) -> None:
         self._total = _Integral(self[strain_energy_density], self[volume])
@@ -100,7 +101,7 @@ class StrainEnergy(Measure):
         out = self[strain_energy_density]
         out[...] = 0.0
         for force in self._forces:
-            force.energy(out)
+            force.energy(out, self.part)
         self[strain_energy][...] = self._total()
 
     def items(self) -> int:

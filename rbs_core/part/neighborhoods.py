@@ -33,13 +33,16 @@ class Bonds:
         horizon: radius of a family, m.
         stored: the representation.
         chosen: whether the user has chosen it; otherwise a lattice becomes a list where a scene needs one.
+
+    Attributes:
+        positions, horizon, stored, chosen: as given.
     """
 
     def __init__(
         self, owner: str, positions: NDArray[np.float64], horizon: float, stored: Storage, chosen: bool = False
     ) -> None:
         self.horizon, self.stored, self.chosen = horizon, stored, chosen
-        self._owner, self._positions = owner, positions
+        self._owner, self.positions = owner, positions
         self._first: NDArray[np.int64] | None = None
 
     def __len__(self) -> int:
@@ -47,12 +50,12 @@ class Bonds:
 
     def __iter__(self) -> Iterator[tuple[int, int]]:
         """Pairs (node, neighbor): for looking at small parts, not for work."""
-        for node in range(len(self._positions)):
+        for node in range(len(self.positions)):
             for neighbor in self.neighbors(node):
                 yield node, int(neighbor)
 
     def __repr__(self) -> str:
-        nodes = len(self._positions)
+        nodes = len(self.positions)
         return f"<{len(self)} directed bonds of {nodes} nodes, horizon {self.horizon:g} m, stored as {self.storage}>"
 
     @property
@@ -111,7 +114,7 @@ class Bonds:
 
     def mark(self, field: Field, geometry: Geometry) -> None:
         """Sets a bond field of the type uint8 to 1 for bonds whose two ends lie in a geometry, to 0 for the others."""
-        self.stored.mark(field, geometry.contains(self._positions))
+        self.stored.mark(field, geometry.contains(self.positions))
 
     def tabulate(self, field: Field, function: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> None:
         """Sets a bond field to a function of the reference lengths, m."""
@@ -149,13 +152,13 @@ class Bonds:
         crosses = surface.crosses if isinstance(surface, Surface) else surface
         if not callable(crosses):
             raise BadInput(f"cannot cut with {surface!r}: give a Segment, a Polygon, or a function of starts and ends")
-        near = np.ones(len(self._positions), np.bool_)
+        near = np.ones(len(self.positions), np.bool_)
         if isinstance(surface, Surface):
             low, high = (np.asarray(b) for b in surface.bounds)
-            largest = max(float(np.abs(numbers).max()) for numbers in (low, high, self._positions))
+            largest = max(float(np.abs(numbers).max()) for numbers in (low, high, self.positions))
             # surfaces reach beyond their bounds by their tolerance, and somewhat more is searched
             reach = self.horizon * (1 + 1e-5) + 1e-8 * float((high - low).max()) + 1e-14 * largest
-            above, below = self._positions >= low - reach, self._positions <= high + reach
+            above, below = self.positions >= low - reach, self.positions <= high + reach
             near = np.asarray((above & below).all(axis=1))
         return crosses, near
 
@@ -176,7 +179,7 @@ class Bonds:
             )
         lattice = self.stored
         rows = (*lattice.as_rows(), lattice.inverse_lengths())
-        self.stored = Rows(self._owner, self._positions, rows, lattice.fields.real)
+        self.stored = Rows(self._owner, self.positions, rows, lattice.fields.real)
         for field in lattice.fields:
             self.stored.fields.set(field, lattice.fields.get(field))
         self.stored.fields.given = set(lattice.fields.given)

@@ -13,6 +13,7 @@ from rbs_core.errors import BadInput, MissingField
 from rbs_core.fields import Field, FieldStore, reference_position, volume
 from rbs_core.geometry import Geometry
 from rbs_core.part.families import families
+from rbs_core.part.host import Host
 from rbs_core.part.neighborhoods import Bonds
 from rbs_core.part.rigid import rigid
 from rbs_core.part.storage import TOLERANCE
@@ -22,7 +23,7 @@ from rbs_core.space import CoordinateSystem, Grid, uniform, world
 REALS = {"double": "float64", "single": "float32"}
 
 
-class Part:
+class Part(Host):
     """A body or region.
 
     Args:
@@ -285,16 +286,6 @@ class Part:
         if at == "bond":
             return self.bonds.fields
         return self._node_store if at == "node" else self._values
-
-    def raw(self, field: Field) -> NDArray[Any]:
-        """What is really held of a field, made if it was not there: bits, for instance, for the bonds of a lattice."""
-        return self.store(field.at).raw(field)
-
-    def __contains__(self, field: Field) -> bool:
-        return field in self.store(field.at)
-
-    def __getitem__(self, field: Field) -> NDArray[Any]:
-        return self.store(field.at).get(field)
 
     def __setitem__(self, field: Field, value: Any) -> None:
         if callable(value):

@@ -6,8 +6,10 @@ import math
 from typing import Any
 
 from rbs_core import BadInput, Part, Trigger, always
+from rbs_core.part import Connection, Host
+from rbs_plugins.constitutive.bonded import require_bonds
 from rbs_plugins.constitutive.fracture import Criterion
-from rbs_plugins.constitutive.pairwise import PairwiseForce, require_bonds
+from rbs_plugins.constitutive.pairwise import PairwiseForce
 
 # Poisson's ratio that a pair potential gives: Cauchy's relations in 3-D and plane strain, 1/3 in plane stress.
 POISSON = {"stress": 1 / 3, "strain": 1 / 4, "3-D": 1 / 4}
@@ -58,7 +60,7 @@ class BondBased(PairwiseForce):
     """Bond-based elastic material, brittle if a criterion is given.
 
     Args:
-        part: connected part; its dimension, thickness or area, and horizon decide the constants.
+        part: connected part, or connection; its dimension, thickness or area, and horizon decide the constants.
         E: Young's modulus, Pa; or give K or c instead.
         fracture: when bonds fail.
         K: bulk modulus, Pa (2-D and 3-D; E = 3K(1 − 2ν)).
@@ -80,7 +82,7 @@ class BondBased(PairwiseForce):
 
     def __init__(
         self,
-        part: Part,
+        part: Part | Connection,
         E: float | None = None,
         fracture: Criterion | None = None,
         *,
@@ -125,7 +127,7 @@ class BondBased(PairwiseForce):
         return critical_stretch(fracture_energy, self.E, self.horizon, self.case)
 
 
-def _case(name: str, part: Part, plane: str | None) -> str:
+def _case(name: str, part: Host, plane: str | None) -> str:
     if plane is not None and (part.dimension != 2 or plane not in ("stress", "strain")):
         raise BadInput(f"{name}: plane={plane!r} must be 'stress' or 'strain', and only for 2-D parts")
     return {1: "1-D", 2: plane or "stress", 3: "3-D"}[part.dimension]

@@ -7,11 +7,12 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from rbs_core import BadInput, Part
+from rbs_core import BadInput
+from rbs_core.part import Host
 from rbs_plugins.fields import volume_fraction
 
 
-def linear_band(part: Part, lengths: NDArray[np.float64]) -> NDArray[np.float64]:
+def linear_band(part: Host, lengths: NDArray[np.float64]) -> NDArray[np.float64]:
     """Share of the neighbor's cell within the horizon δ, linear over a band of one spacing Δ.
 
     β = 1 up to δ − Δ/2, 0 from δ + Δ/2 on, straight in between (Madenci & Oterkus 2014, section 7.2: the band is as
@@ -25,13 +26,13 @@ def linear_band(part: Part, lengths: NDArray[np.float64]) -> NDArray[np.float64]
     return np.clip(band, 0.0, 1.0)
 
 
-PARTIAL_VOLUMES: dict[str, Callable[[Part, NDArray[np.float64]], NDArray[np.float64]] | None] = {
+PARTIAL_VOLUMES: dict[str, Callable[[Host, NDArray[np.float64]], NDArray[np.float64]] | None] = {
     "none": None,
     "linear": linear_band,
 }
 
 
-def set_partial_volume(part: Part, name: str) -> bool:
+def set_partial_volume(part: Host, name: str) -> bool:
     """Sets the volume fraction of a part by the name of a rule.
 
     Returns:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from rbs_core import BadInput, Geometry, Measure, Part
+from rbs_core import BadInput, Geometry, Measure
+from rbs_core.part import Host
 from rbs_core.trigger import Clock
 from rbs_plugins.fields import breakable, damage, intact, volume
 from rbs_plugins.loops.damage import damage_loops
@@ -67,7 +68,7 @@ class Criterion:
         """The numbers of the function, for the force that it belongs to."""
         return dict(self._parameters)
 
-    def mark(self, part: Part) -> None:
+    def mark(self, part: Host) -> None:
         """Says which bonds of a part may break; does nothing without `within`."""
         if self.within is None:
             return

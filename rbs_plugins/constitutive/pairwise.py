@@ -8,11 +8,12 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rbs_core import BadInput, BadLaw, Constitutive, Field, NotFinite, Part, Relation, Trigger, always
+from rbs_core import BadInput, BadLaw, NotFinite, Part, Relation, Trigger, always
 from rbs_core.honesty import not_finite
-from rbs_core.part import Lattice
-from rbs_core.relation import Key
+from rbs_core.part import Connection, Lattice
+from rbs_core.relation import Fields, Key
 from rbs_core.trigger import Clock
+from rbs_plugins.constitutive.bonded import BondRelation
 from rbs_plugins.constitutive.corrections import set_partial_volume
 from rbs_plugins.constitutive.fracture import Criterion
 from rbs_plugins.fields import (
@@ -26,11 +27,11 @@ from rbs_plugins.fields import (
     volume,
     volume_fraction,
 )
-from rbs_plugins.loops import BATCH_BELOW, machine, roots
+from rbs_plugins.loops import BATCH_BELOW
 from rbs_plugins.loops.arguments import fields, resolve
+from rbs_plugins.loops.joint import JointLoops
 from rbs_plugins.loops.lattice import LatticeLoops
 from rbs_plugins.loops.recipe import Recipe
-from rbs_plugins.loops.rows import RowLoops
 
 
 def hardening(stretch, c):
@@ -38,17 +39,11 @@ def hardening(stretch, c):
     return c * stretch * (1.0 + stretch * stretch)
 
 
-def require_bonds(name: str, part: Part) -> None:
-    """Raises BadInput if a part is not connected."""
-    if not part.connected:
-        raise BadInput(f"{name} '{part.name}': the part has no bonds: call part.connect(horizon=...) first")
-
-
-class PairwiseForce(Constitutive):
+class PairwiseForce(BondRelation):
     """Bonds whose pairwise force f (N/m^6) along the deformed bond is a plain function.
 
     Args:
-        part: connected part.
+        part: connected part, or a connection of two parts: its bonds act on the nodes of both.
         law: function returning f from what its argument names ask for: stretch, extension, length, reference_length,
             time, dt; parameters given here as keywords; bond fields; node fields with _i or _j behind. Both ends of a
             bond must get the same value, or momentum is not kept.
@@ -69,13 +64,13 @@ class PairwiseForce(Constitutive):
     The force density is L_i = Σ_j μ f β V_j d/|d| with d = y_j − y_i (Silling 2000; Silling & Askari 2005).
     """
 
-    adds = (force_density,)
+    adds: Fields = (force_density,)
     own_parameters: ClassVar[tuple[str, ...]] = ()  # computed by a subclass for laws that want them
     example = {"law": hardening, "c": 1e18}
 
     def __init__(
         self,
-        part: Part,
+        part: Part | Connection,
         law: Callable[..., Any],
         fracture: Criterion | None = None,
         *,
@@ -90,7 +85,7 @@ class PairwiseForce(Constitutive):
             raise BadLaw(f"{self.label}: the law must be a function, got {law!r}")
         if fracture is not None and not isinstance(fracture, Criterion):
             raise BadInput(f"{self.label}: fracture={fracture!r} must be a criterion such as CriticalStretch(0.01)")
-        require_bonds(type(self).__name__, part)
+        self.adds = self.at_nodes(force_density)
         self._law, self._fracture, self._potential = law, fracture, potential
         self._active = active
         self._called = False  # whether the loops hold the positions of an earlier force
@@ -130,44 +125,37 @@ class PairwiseForce(Constitutive):
     # -- contract ---------------------------------------------------------------------------------------------------
 
     @property
-    def reads(self) -> tuple[Field, ...]:  # type: ignore[override]
+    def reads(self) -> Fields:  # type: ignore[override]
         """Displacement, nodes, bonds, and whatever the functions ask for."""
         asked = fields([*self._law_arguments, *self._criterion_arguments, *self._potential_arguments])
         more = [*([volume_fraction] if self._fraction else []), *([breakable] if self._zoned else [])]
-        if self._fracture is None and self._may_have_broken:
+        if self._fracture is None and self.may_have_broken:
             more.append(intact)
-        return tuple(dict.fromkeys([displacement, reference_position, volume, *more, *asked]))
+        return tuple(dict.fromkeys(self.asked(displacement, reference_position, volume, *more, *asked)))
 
     @property
-    def updates(self) -> tuple[Field, ...]:  # type: ignore[override]
+    def updates(self) -> Fields:  # type: ignore[override]
         """The state of the bonds, if they can fail."""
-        return () if self._fracture is None else (intact,)
+        return () if self._fracture is None else self.at_bonds(intact)
 
     @property
-    def offers(self) -> tuple[Field, ...]:  # type: ignore[override]
+    def offers(self) -> Fields:  # type: ignore[override]
         """The energy of failing bonds."""
-        return () if self._fracture is None else (dissipation_density,)
+        return () if self._fracture is None else self.at_nodes(dissipation_density)
 
     @property
     def storages(self) -> tuple[str, ...]:  # type: ignore[override]
         """The list always; the lattice unless a law asks for a bond field that differs from bond to bond."""
-        stored = self.part.bonds.stored
+        stored = self.host.bonds.stored
         asked = [a.field for a in (*self._law_arguments, *self._criterion_arguments, *self._potential_arguments)]
         bonds = [field for field in asked if field is not None and field.at == "bond"]
         if isinstance(stored, Lattice) and any(stored.fields.raw(field).ndim != 1 for field in bonds):
             return ("list",)
-        changed = self._changed or ()
-        return ("list",) if any((self.part, field) in changed for field in bonds) else ("list", "lattice")
+        return ("list",) if any(self.is_changed(field) for field in bonds) else ("list", "lattice")
 
     @property
     def _zoned(self) -> bool:
         return self._fracture is not None and self._fracture.within is not None
-
-    @property
-    def _may_have_broken(self) -> bool:
-        """True if bonds are broken, or may break, also through another relation of the scene."""
-        others = self._changed is not None and (self.part, intact) in self._changed
-        return self._fracture is not None or others or self.part.bonds.has_broken
 
     def critical_stretch(self, fracture_energy: float) -> float:
         """Critical stretch for a fracture energy G0, J/m^2; only models with known constants can tell."""
@@ -176,67 +164,29 @@ class PairwiseForce(Constitutive):
     # -- loops ------------------------------------------------------------------------------------------------------
 
     def attach(self) -> None:
-        uniform = self.constant(volume)
-        lattice = self.part.bonds.storage == "lattice"
-        real = self[displacement].dtype.name if lattice else "float64"
         self._check_record()
+        cell = self.uniform(volume)
+        recording = any(self.wants((end, dissipation_density)) for end in self.ends)
         recipe = Recipe(
-            dimension=self.part.dimension,
             law=self._law,
             law_arguments=self._law_arguments,
             criterion=None if self._fracture is None else self._fracture.function,
             criterion_arguments=self._criterion_arguments,
             potential=self._potential,
             potential_arguments=self._potential_arguments,
-            intact=self._may_have_broken,
+            intact=self._fracture is not None or self.may_have_broken,
             breakable=self._zoned,
             fraction=self._fraction,
-            uniform=uniform is not None,
-            dissipation=self.wants(dissipation_density),
+            uniform=cell is not None,
+            dissipation=recording,
             late=self._fracture is not None and self._fracture.release == "next step",
-            roots=roots.way(real) if lattice else "hardware",  # lists wait for gathers, and divide meanwhile
-            processor=machine.processor(),
-            real=real,
+            **self.processor(),
         )
         last = getattr(self, "_loops", None)
-        inputs = self._gather(recipe, 1.0 if uniform is None else uniform)
-        self._loops = self._made_loops(recipe, inputs)
+        felt = {"out": force_density, **({"dissipation": dissipation_density} if recording else {})}
+        self._loops = self.make_loops(recipe, felt, 1.0 if cell is None else cell, self._active)
         if self._called and last is not None and last.position.shape == self._loops.position.shape:
             self._loops.position[...] = last.position  # a run that goes on in the same process
-
-    def _made_loops(self, recipe: Recipe, inputs: dict[str, Any]) -> RowLoops | LatticeLoops:
-        stored = self.part.bonds.stored
-        why = recipe.why_never_quiet(stored.lengths) if isinstance(stored, Lattice) else "the bonds are stored as list"
-        if self._active and why is not None:
-            raise BadInput(f"{self.label}: active=True skips nodes that nothing has reached, but {why}: leave it out")
-        if isinstance(stored, Lattice):
-            nodes = {argument.array: argument.field for argument in recipe.arguments if argument.kind == "node"}
-            at_nodes = {"volume": volume, **nodes}
-            changing = [name for name, field in at_nodes.items() if (self.part, field) in (self._changed or ())]
-            quiet = why is None and self._active is not False
-            return LatticeLoops(recipe, self.part, inputs, quiet, changing)
-        return RowLoops(recipe, self.part, inputs)
-
-    def _gather(self, recipe: Recipe, cell: float) -> dict[str, Any]:
-        """Values of everything that the loops can ask for, by the name of their parameter."""
-        inputs: dict[str, Any] = {
-            "displacement": self[displacement],
-            "reference_position": self[reference_position],
-            "out": self[force_density],
-            "cell": cell,
-        }
-        flags = ((intact, recipe.intact), (breakable, recipe.breakable), (volume_fraction, recipe.fraction))
-        inputs.update({field.name: self.raw(field) for field, there in flags if there})
-        if not recipe.uniform:
-            inputs["volume"] = self[volume]
-        if recipe.dissipation:
-            inputs["dissipation"] = self[dissipation_density]
-        for argument in recipe.arguments:
-            if argument.field is not None:
-                inputs[argument.array] = self.raw(argument.field)
-            elif argument.kind == "parameter":
-                inputs[f"p_{argument.name}"] = argument.value
-        return inputs
 
     def _check_record(self) -> None:
         """Whether the energy of failing bonds can be recorded at all.
@@ -244,11 +194,17 @@ class PairwiseForce(Constitutive):
         Raises:
             BadInput: if the force pauses, or another force of the part may see the same bond fail.
         """
-        if not self.wants(dissipation_density):
+        wanted = [end for end in self.ends if self.wants((end, dissipation_density))]
+        if not wanted:
             return
         if self.when != always:
             raise BadInput(f"{self.label}: the energy of failing bonds can only be recorded in every step")
-        others = [r for r in self._scene if isinstance(r, PairwiseForce) and r is not self and r.part is self.part]
+        if len(wanted) < len(self.ends):
+            raise BadInput(
+                f"{self.label}: the energy of failing bonds belongs to both parts, and only that of '{wanted[0].name}' "
+                "is asked for: add FractureDissipation of the other one"
+            )
+        others = [r for r in self._scene if isinstance(r, PairwiseForce) and r is not self and r.host is self.host]
         if others:
             raise BadInput(
                 f"{self.label}: the energy of failing bonds is not known where several forces act on the bonds of one "
@@ -265,7 +221,8 @@ class PairwiseForce(Constitutive):
 
     def state(self) -> dict[str, Any]:
         """The positions of the last force, where the energy of failing bonds is recorded from them."""
-        return {"position": self._loops.position} if self._called and self.wants(dissipation_density) else {}
+        recording = self._called and any(self.wants((end, dissipation_density)) for end in self.ends)
+        return {"position": self._loops.position} if recording else {}
 
     def restore(self, state: dict[str, Any]) -> None:
         if "position" in state:
@@ -273,6 +230,8 @@ class PairwiseForce(Constitutive):
             self._called = True
 
     def apply(self, clock: Clock) -> None:
+        if self.outdated_bonds:
+            self.attach()
         self._called = True
         self._now = [clock.time, clock.dt]
         if not self._loops.force(clock.time, clock.dt, bool(self.starts)):
@@ -282,7 +241,8 @@ class PairwiseForce(Constitutive):
         return isinstance(self._loops, LatticeLoops)
 
     def batch_key(self) -> Hashable:
-        small = len(self.part) < BATCH_BELOW and not self.wants(dissipation_density)
+        small = len(self.host) < BATCH_BELOW and not self.host.searched_again
+        small = small and not any(self.wants((end, dissipation_density)) for end in self.ends)
         return (type(self._loops), self._loops.kind) if small else None
 
     def batch(self, relations: Sequence[Relation]) -> Callable[[Clock], None]:
@@ -299,17 +259,18 @@ class PairwiseForce(Constitutive):
         def apply(clock: Clock) -> None:
             now[:] = clock.time, clock.dt
             if not merged.force(clock.time, clock.dt, start):
-                wrong = [each for each in forces if not np.isfinite(each[force_density]).all()]
+                wrong = [each for each in forces if each.forces_are_finite() is not None]
                 raise (wrong or forces)[0]._blame()
 
         return apply
 
     def _blame(self) -> NotFinite:
-        """Names the field that is not finite: displacement if it is the cause, otherwise the force."""
-        for field in (displacement, force_density):
-            if not np.isfinite(self[field]).all():
-                return not_finite(self.part, field.name, self[field])
-        return NotFinite(f"the forces of part '{self.part.name}' overflow: look at the loads and the time step")
+        """Names what is not finite."""
+        found = self.forces_are_finite()
+        if found is not None:
+            part, field, array = found
+            return not_finite(part, field.name, array)
+        return NotFinite(f"the forces of '{self.host.name}' overflow: look at the loads and the time step")
 
     def compile_energy(self, out: NDArray[np.float64]) -> None:
         """Makes `energy` ready; called after `attach` by whoever will ask for energies.
@@ -321,21 +282,33 @@ class PairwiseForce(Constitutive):
             raise BadInput(f"{self.label} is asked for its energy and is not in the list of relations: list it")
         self._loops.prepare_energy(out)
 
-    def energy(self, out: NDArray[np.float64]) -> None:
-        """Adds the strain energy density (J/m^3) of the present displacement to `out` (n,)."""
-        self._loops.energy(out, *self._now)
+    def energy(self, out: NDArray[np.float64], part: Part | None = None) -> None:
+        """Adds the strain energy density (J/m^3) of the present displacement to `out` (n,), of the nodes of a part."""
+        time, dt = self._now
+        if isinstance(self._loops, JointLoops):
+            self._loops.energy(out, time, dt, self.ends.index(part or self.part))
+        else:
+            self._loops.energy(out, time, dt)
 
-    def squared_frequency(self) -> NDArray[np.float64] | None:
+    def squared_frequencies(self) -> dict[Part, NDArray[np.float64]]:
         """Bound of the squared angular frequency at each node, 1/s^2: 2/ρ Σ |df/ds| β V / |ξ| at rest (Gershgorin).
 
         For f = c s the step that follows from it, 2 / sqrt(max), is sqrt(2ρ / Σ cV/|ξ|) of Silling & Askari (2005).
-        None while the part has no density.
+        Parts without a density are left out.
         """
-        if density not in self.part:
-            return None
-        out = np.zeros(len(self.part))
-        self._loops.stiffness(out)
-        return 2.0 * out / self.part[density]
+        found = {}
+        for number, end in enumerate(self.ends):
+            if density in end:
+                out = np.zeros(len(end))
+                if isinstance(self._loops, JointLoops):
+                    self._loops.stiffness(out, number)
+                else:
+                    self._loops.stiffness(out)
+                found[end] = 2.0 * out / end[density]
+        return found
+
+    def squared_frequency(self) -> NDArray[np.float64] | None:
+        return self.squared_frequencies().get(self.part)
 
     @property
     def nbytes(self) -> int:
@@ -343,7 +316,7 @@ class PairwiseForce(Constitutive):
         return self._loops.nbytes if hasattr(self, "_loops") else 0
 
     def items(self) -> int:
-        return len(self.part.bonds)
+        return len(self.host.bonds)
 
     def visited(self) -> int:
         return self._loops.visited

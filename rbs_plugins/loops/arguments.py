@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from rbs_core import BadLaw, Field, Part, registry
+from rbs_core import BadLaw, Field, registry
+from rbs_core.part import Connection, Host
 from rbs_plugins.loops.slow import warn_of_slow_calls
 from rbs_plugins.loops.source import answers, plain
 
@@ -62,7 +63,7 @@ def label(function: Callable[..., Any]) -> str:
     return f"law '{name}'" if code is None else f"law '{name}' ({code.co_filename}, line {code.co_firstlineno})"
 
 
-def resolve(function: Callable[..., Any], part: Part, parameters: dict[str, float]) -> list[Argument]:
+def resolve(function: Callable[..., Any], part: Host, parameters: dict[str, float]) -> list[Argument]:
     """Says once, for each argument name, where its value comes from.
 
     Raises:
@@ -79,12 +80,13 @@ def resolve(function: Callable[..., Any], part: Part, parameters: dict[str, floa
     if not answers(function):
         raise BadLaw(f"{label(function)} returns nothing in some branch: every branch needs a return with a number")
     warn_of_slow_calls(function, label(function))
-    known = {**registry().fields(), **{field.name: field for field in part.fields}}
+    hosts = (part, *part.ends) if isinstance(part, Connection) else (part,)
+    known = {**registry().fields(), **{field.name: field for host in hosts for field in host.fields}}
     return [_one(name, function, part, {**defaults, **parameters}, known) for name in names_of(function)]
 
 
 def _one(
-    name: str, function: Callable[..., Any], part: Part, parameters: dict[str, float], known: dict[str, Field]
+    name: str, function: Callable[..., Any], part: Host, parameters: dict[str, float], known: dict[str, Field]
 ) -> Argument:
     if name in KINEMATICS:
         return Argument(name, "kinematic")

@@ -121,8 +121,8 @@ class Loop:
         numbers = {name: type(self._held[row][name])(self._numbers[row, c]) for name, c in self._column.items()}
         return {**self._held[row], **numbers}
 
-    def __call__(self, tasks: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
-        """Runs all ranges, or the given tasks (k, 3); returns what the function answered for each."""
+    def __call__(self, tasks: NDArray[np.int64] | None = None, *, alone: bool = False) -> NDArray[np.int64]:
+        """Runs all ranges, or the given tasks (k, 3), on one thread if `alone`; what was answered for each."""
         tasks = self.tasks if tasks is None else tasks
         answers = self._answers[: len(tasks)]
         if self._entry is None:
@@ -131,7 +131,7 @@ class Loop:
             return answers
         from rbs_plugins.loops import drive
 
-        several = len(tasks) > 1 and self.work >= SERIAL_BELOW and numba.get_num_threads() > 1
+        several = not alone and len(tasks) > 1 and self.work >= SERIAL_BELOW and numba.get_num_threads() > 1
         (drive.parallel if several else drive.serial)(self._entry, self._tables, self._numbers, tasks, answers)
         return answers
 

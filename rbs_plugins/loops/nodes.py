@@ -32,6 +32,48 @@ def add_divided(begin, end, thread, out, a, factor, divisor):
     return 0
 
 
+def take(begin, end, thread, target, source, nodes):
+    """Target = source[nodes], one number each."""
+    for i in range(begin, end):
+        target[i] = source[nodes[i]]
+    return 0
+
+
+def put(begin, end, thread, target, source, nodes):
+    """Target[nodes] += source, one number each, and clears the source; no node twice."""
+    for i in range(begin, end):
+        target[nodes[i]] += source[i]
+        source[i] = 0.0
+    return 0
+
+
+def place(begin, end, thread, out, reference, displacement, nodes, turn, origin):
+    """Out = origin + turn (X + u) of some nodes: their positions in other coordinates, rows (n, d)."""
+    for i in range(begin, end):
+        for k in range(out.shape[1]):
+            total = 0.0
+            for m in range(out.shape[1]):
+                total += turn[k, m] * (reference[nodes[i], m] + displacement[nodes[i], m])
+            out[i, k] = total + origin[k]
+    return 0
+
+
+def bring(begin, end, thread, target, source, nodes, turn):
+    """Target[nodes] += turn^T source, and clears the source: vectors (n, d), back in coordinates of a part.
+
+    No node twice.
+    """
+    for i in range(begin, end):
+        for k in range(target.shape[1]):
+            total = 0.0
+            for m in range(target.shape[1]):
+                total += turn[m, k] * source[i, m]
+            target[nodes[i], k] += total
+        for k in range(target.shape[1]):
+            source[i, k] = 0.0
+    return 0
+
+
 def sum_products(begin, end, thread, a, b, partial, chunk):
     """partial[c] = sum of a * b over range c, flat arrays."""
     total = 0.0

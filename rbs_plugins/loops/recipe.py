@@ -14,6 +14,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from rbs_core import Field
+from rbs_plugins.fields import breakable, intact, volume_fraction
 from rbs_plugins.loops.arguments import Argument
 from rbs_plugins.loops.loop import Text
 from rbs_plugins.loops.source import STRICT, compilable, definitions, plain
@@ -92,6 +94,12 @@ class Recipe:
     def arguments(self) -> tuple[Argument, ...]:
         """Arguments of all functions."""
         return (*self.law_arguments, *self.criterion_arguments, *self.potential_arguments)
+
+    @property
+    def bond_fields(self) -> list[Field]:
+        """Fields at bonds that the loops take whatever the functions ask for."""
+        flags = ((intact, self.intact), (breakable, self.breakable), (volume_fraction, self.fraction))
+        return [field for field, there in flags if there]
 
     @property
     def of_force(self) -> tuple[Argument, ...]:

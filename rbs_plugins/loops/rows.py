@@ -8,14 +8,14 @@ together; only the sums over a row may be reordered. A row is always summed in t
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rbs_core.part import Part, Rows
+from rbs_core.part import Host, Rows
 from rbs_plugins.loops.arguments import Argument
 from rbs_plugins.loops.loop import Loop, Text
 from rbs_plugins.loops.nodes import add
@@ -151,43 +151,52 @@ class RowLoops:
 
     Args:
         recipe: what is computed.
-        part: whose bonds.
+        host: whose bonds.
         inputs: arrays and numbers by the names that the loops know them by; displacement and reference position as
             "displacement" and "reference_position", the force density as "out".
+        movers: makes the loops that write present positions into an array; from the inputs if not given.
 
     Attributes:
         position: of the nodes at the last force.
         visited: directed bonds that the last force has visited.
     """
 
-    def __init__(self, recipe: Recipe, part: Part, inputs: dict[str, Any]) -> None:
-        stored = part.bonds.stored
+    def __init__(
+        self,
+        recipe: Recipe,
+        host: Host,
+        inputs: dict[str, Any],
+        movers: Callable[[NDArray[np.float64]], list[Loop]] | None = None,
+    ) -> None:
+        stored = host.bonds.stored
         assert isinstance(stored, Rows)
         offsets, neighbors = stored.as_rows()
         self._recipe, self._count = recipe, len(stored)
         self.visited = len(stored)
-        self._ranges = row_ranges(len(part))
-        self.position = np.empty((len(part), part.dimension))
+        self._ranges = row_ranges(len(host))
+        self.position = np.empty((len(host), host.dimension))
         before = {"before": np.empty_like(self.position)} if recipe.dissipation else {}
         rows = {"offsets": offsets, "neighbors": neighbors, "inverse": stored.inverse, "y": self.position}
         self._inputs = {**inputs, **rows, **before, "time": 0.0, "dt": 0.0}
-        self._move = self._mover(self.position)
+        self._movers = self._adding if movers is None else movers
+        self._moves = [self._movers(target) for target in (self.position, *before.values())]
         self._force = self._loop("force")
-        self._energy: Loop | None = None
+        self._energy: list[Loop] = []
 
     def _loop(self, name: str, **other: NDArray[Any]) -> Loop:
         return Loop(_text(name, self._recipe.bare), name, {**self._inputs, **other}, self._ranges, self._count)
 
-    def _mover(self, target: NDArray[np.float64]) -> Loop:
+    def _adding(self, target: NDArray[np.float64]) -> list[Loop]:
         moved, start = (self._inputs[name].reshape(-1) for name in ("displacement", "reference_position"))
-        return Loop(Text.of(add), "add", {"out": target.reshape(-1), "a": start, "b": moved}, moved.size)
+        return [Loop(Text.of(add), "add", {"out": target.reshape(-1), "a": start, "b": moved}, moved.size)]
 
     def begin(self) -> None:
         """Called when a run begins; rows need nothing."""
 
     def start(self) -> None:
         """Takes the present positions for those of the last force."""
-        self._move()
+        for move in self._moves[0]:
+            move()
 
     def force(self, time: float, dt: float, start: bool = False) -> bool:
         """Adds the force density of the present displacement to "out"; False if it is not finite."""
@@ -196,8 +205,8 @@ class RowLoops:
             self.position, old = self._inputs["before"], self.position
             self._inputs.update(y=self.position, before=old)
             self._force.set(y=self.position, before=old)
-            self._move.set(out=self.position.reshape(-1))
-        self._move()
+            self._moves.reverse()
+        self.start()
         self._force.set(time=time, dt=dt)
         return not self._force().any()
 
@@ -205,17 +214,15 @@ class RowLoops:
         """Compiles the loop for energies."""
         # positions of its own: those of the force must stay what they were at its last call
         target = np.empty_like(self.position)
-        self._energy_move = self._mover(target)
-        self._energy = self._loop("energy", y=target, out=out)
+        self._energy = [*self._movers(target), self._loop("energy", y=target, out=out)]
 
     def energy(self, out: NDArray[Any], time: float, dt: float) -> None:
         """Adds the strain energy density (n,) of the present displacement."""
-        if self._energy is None:
+        if not self._energy:
             self.prepare_energy(out)
-        assert self._energy is not None
-        self._energy.set(out=out, time=time, dt=dt)
-        self._energy_move()
-        self._energy()
+        self._energy[-1].set(out=out, time=time, dt=dt)
+        for loop in self._energy:
+            loop()
 
     def stiffness(self, out: NDArray[np.float64]) -> None:
         """Adds Σ |d law / d stretch| β V / |ξ| at rest, (n,)."""
@@ -224,18 +231,19 @@ class RowLoops:
     @property
     def nbytes(self) -> int:
         """Bytes of what belongs to these loops alone."""
-        copies = 1 + ("before" in self._inputs) + (self._energy is not None)
+        copies = 1 + ("before" in self._inputs) + bool(self._energy)
         return copies * self.position.nbytes + self._ranges.nbytes
 
     @property
     def kind(self) -> Hashable:
         """Loops of the same kind can be merged."""
-        return self._move.kind, self._force.kind
+        return (*(move.kind for move in self._moves[0]), self._force.kind)
 
     def merged(self, every: Sequence[RowLoops]) -> RowLoops:
         """The loops of several forces in one; without record of dissipation."""
         result = object.__new__(RowLoops)
         result._inputs, result._count = {}, sum(each._count for each in every)
-        result._move = every[0]._move.merged([each._move for each in every[1:]])
+        same = zip(*(each._moves[0] for each in every), strict=True)
+        result._moves = [[loops[0].merged(loops[1:]) for loops in same]]
         result._force = every[0]._force.merged([each._force for each in every[1:]])
         return result

@@ -53,7 +53,7 @@ def test_relations_may_be_appended_and_repeated(analysis):
 
 
 def test_parts_need_names_of_their_own():
-    with pytest.raises(BadInput, match="2 parts are called 'line'"):
+    with pytest.raises(BadInput, match=r"2 parts \(or connections\) are called 'line'"):
         Analysis([Toy(line()), Toy(line())]).prepare()
 
 

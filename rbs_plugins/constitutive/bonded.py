@@ -1,0 +1,150 @@
+"""What relations on bonds have in common: where the bonds are, which loops fit them, and what the loops take."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rbs_core import BadInput, Constitutive, Field, Part, Trigger, always
+from rbs_core.part import Connection, Host, Lattice
+from rbs_core.relation import Fields
+from rbs_plugins.fields import displacement, force_density, intact, reference_position, volume
+from rbs_plugins.loops import machine, roots
+from rbs_plugins.loops.joint import JointLoops
+from rbs_plugins.loops.lattice import LatticeLoops
+from rbs_plugins.loops.recipe import Recipe
+from rbs_plugins.loops.rows import RowLoops
+
+BondLoops = RowLoops | LatticeLoops | JointLoops
+
+
+def require_bonds(name: str, host: Host) -> None:
+    """Raises BadInput if a part is not connected."""
+    if isinstance(host, Host) and not host.connected:
+        raise BadInput(f"{name} '{host.name}': the part has no bonds: call part.connect(horizon=...) first")
+
+
+class BondRelation(Constitutive):
+    """A constitutive relation on the bonds of a part, or on those between two parts.
+
+    Args:
+        host: connected part, or connection.
+        when: trigger.
+
+    Attributes:
+        host: as given.
+        ends: the part, or the two parts, whose nodes the bonds belong to.
+
+    Raises:
+        BadInput: if the part is not connected.
+    """
+
+    def __init__(self, host: Part | Connection, *, when: Trigger = always) -> None:
+        super().__init__(host.ends[0] if isinstance(host, Connection) else host, when=when)
+        require_bonds(type(self).__name__, host)
+        self.host = host
+        self.ends: tuple[Part, ...] = host.ends if isinstance(host, Connection) else (host,)
+        self.connections = (host,) if isinstance(host, Connection) else ()
+        self._bound: object = None  # the bonds that the loops were made for
+
+    @property
+    def label(self) -> str:
+        return f"{type(self).__name__} '{self.host.name}'"
+
+    def __repr__(self) -> str:
+        own, name = super().__repr__(), type(self).__name__
+        return own.replace(f"{name}({self.part.name}", f"{name}({self.host.name}", 1)
+
+    # -- keys of a contract -----------------------------------------------------------------------------------------
+
+    def at_nodes(self, *fields: Field) -> Fields:
+        """Fields at the nodes of all ends, as a contract names them."""
+        return fields if isinstance(self.host, Part) else tuple((end, field) for end in self.ends for field in fields)
+
+    def at_bonds(self, *fields: Field) -> Fields:
+        """Fields at the bonds, as a contract names them."""
+        return fields if isinstance(self.host, Part) else tuple((self.host, field) for field in fields)
+
+    def asked(self, *fields: Field) -> Fields:
+        """Fields at nodes or bonds, as a contract names them."""
+        return tuple(key for each in fields for key in (self.at_bonds if each.at == "bond" else self.at_nodes)(each))
+
+    def is_changed(self, field: Field) -> bool:
+        """True if some relation of the scene changes it, at any end."""
+        hosts: tuple[Host, ...] = (self.host,) if field.at == "bond" else self.ends
+        return any((host, field) in (self._changed or ()) for host in hosts)
+
+    @property
+    def may_have_broken(self) -> bool:
+        """True if bonds are broken, or may be broken by some relation of the scene."""
+        return self.is_changed(intact) or self.host.bonds.has_broken
+
+    def uniform(self, field: Field) -> float | None:
+        """The one value of a scalar field at nodes that is equal at all ends and never changes, or None."""
+        values = {self.constant((end, field)) for end in self.ends}
+        return values.pop() if len(values) == 1 else None
+
+    # -- loops ------------------------------------------------------------------------------------------------------
+
+    def processor(self) -> dict[str, Any]:
+        """What of a recipe depends on the machine, on how bonds are stored and in which precision."""
+        lattice = self.host.bonds.storage == "lattice"
+        real = self[displacement].dtype.name if lattice else "float64"
+        # lists wait for gathers, and divide meanwhile
+        way = roots.way(real) if lattice else "hardware"
+        return {"roots": way, "processor": machine.processor(), "real": real, "dimension": self.host.dimension}
+
+    def make_loops(self, recipe: Recipe, felt: dict[str, Field], cell: float, active: bool | None) -> BondLoops:
+        """The loops of a recipe for bonds as they are stored.
+
+        Args:
+            recipe: what is computed.
+            felt: fields at nodes to which the loops add, by the names of the loops; "out" is the first of them.
+            cell: volume of all nodes, or 1.
+            active: as the user has chosen.
+
+        Raises:
+            BadInput: if nodes shall be skipped that cannot be.
+        """
+        self._bound = self.host.version
+        stored = self.host.bonds.stored
+        why = recipe.why_never_quiet(stored.lengths) if isinstance(stored, Lattice) else "the bonds are stored as list"
+        if active and why is not None:
+            raise BadInput(f"{self.label}: active=True skips nodes that nothing has reached, but {why}: leave it out")
+        at_nodes = {"displacement": displacement, "reference_position": reference_position, **felt}
+        others: dict[str, Any] = {"cell": cell}
+        if not recipe.uniform:
+            at_nodes["volume"] = volume
+        for field in recipe.bond_fields:
+            others[field.name] = self.raw(self.at_bonds(field)[0])
+        for argument in recipe.arguments:
+            if argument.kind == "parameter":
+                others[f"p_{argument.name}"] = argument.value
+            elif argument.field is not None and argument.field.at == "bond":
+                others[argument.array] = self.raw(self.at_bonds(argument.field)[0])
+            elif argument.field is not None:
+                at_nodes[argument.array] = argument.field
+        changing = [name for name, field in at_nodes.items() if name not in felt and self.is_changed(field)]
+        if isinstance(self.host, Connection):
+            one, two = self.ends
+            pairs = {name: (self[one, field], self[two, field]) for name, field in at_nodes.items()}
+            return JointLoops(recipe, self.host, pairs, others, changing)
+        inputs = {**{name: self[field] for name, field in at_nodes.items()}, **others}
+        if isinstance(stored, Lattice):
+            return LatticeLoops(recipe, self.host, inputs, why is None and active is not False, changing)
+        return RowLoops(recipe, self.host, inputs)
+
+    @property
+    def outdated_bonds(self) -> bool:
+        """True if the bonds have been searched again since the loops were made."""
+        return self._bound != self.host.version
+
+    def forces_are_finite(self) -> tuple[Part, Field, NDArray[Any]] | None:
+        """The part, field and array that are not finite: displacement if it is the cause, otherwise the force."""
+        for field in (displacement, force_density):
+            for end in self.ends:
+                if not np.isfinite(self[end, field]).all():
+                    return end, field, self[end, field]
+        return None
