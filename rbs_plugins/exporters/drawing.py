@@ -185,6 +185,6 @@ class DrawingExporter(FrameExporter):
         name = self.field.name if self.axis is None else f"{self.field.name} {'xyz'[self.axis]}"
         return Sketch(
             points, values, self.part.spacing or extent / max(len(points), 1) ** (1 / self.part.dimension), low, high,
-            flat=self.part.dimension < 3, title=f"{name} [{self.field.unit}]",
+            flat=self.part.dimension < 3 and high[2] - low[2] <= 1e-9 * extent, title=f"{name} [{self.field.unit}]",
             caption=f"{self.part.name}, t = {clock.time:.4g} s", limits=self.limits, size=self.size, colors=self.colors,
         )  # fmt: skip

@@ -9,9 +9,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rbs_core import BadInput, Exporter, Field, Part, Trigger, convert, world
+from rbs_core import BadInput, CoordinateSystem, Exporter, Field, Part, Trigger, convert, world
 from rbs_core.files import writable_folder
-from rbs_core.space import Cartesian
+from rbs_core.space import Cartesian, Mapping
 from rbs_core.trigger import Clock
 from rbs_plugins.exporters.names import fields_of
 from rbs_plugins.fields import displacement, reference_position, volume
@@ -125,11 +125,8 @@ class NodeExporter(Exporter):
 
     def _turn(self) -> NDArray[np.float64] | None:
         """(3, 3) the axes of the part in the world; None for curved coordinates, where each node has its own."""
-        system = self.part.system
-        while system.parent is not None:
-            if not isinstance(system.mapping, Cartesian):
-                return None
-            system = system.parent
+        if not all(isinstance(mapping, Cartesian) for mapping in mappings(self.part.system)):
+            return None
         corners = convert(np.vstack([np.zeros(3), np.eye(3)]), self.part.system, world)
         return (corners[1:] - corners[0]).T
 
@@ -176,6 +173,15 @@ class FrameExporter(NodeExporter):
 
     def restore(self, state: dict[str, Any]) -> None:
         self.frames = [(float(time), str(name)) for time, name in state["frames"]]
+
+
+def mappings(system: CoordinateSystem) -> tuple[Mapping | None, ...]:
+    """What leads from a coordinate system to its root, step by step: other objects whenever one of them moves."""
+    found = []
+    while system.parent is not None:
+        found.append(system.mapping)
+        system = system.parent
+    return tuple(found)
 
 
 def three(array: NDArray[Any], room: Room | None = None) -> NDArray[Any]:

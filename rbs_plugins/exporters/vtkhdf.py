@@ -6,11 +6,12 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
-from rbs_core import Clock, Field, Part, Trigger, always
+from rbs_core import BadInput, Clock, Field, Part, Trigger, always
 from rbs_plugins.exporters import series
-from rbs_plugins.exporters.frames import RADIUS, NodeExporter, Room
+from rbs_plugins.exporters.frames import RADIUS, NodeExporter, Room, mappings
 from rbs_plugins.exporters.one_file import PRECISIONS, OneFileExporter, in_words
 
 COMPRESSIONS = (None, "gzip")  # what every HDF5 can read, thus every viewer
@@ -25,7 +26,8 @@ class VTKHDFExporter(OneFileExporter, NodeExporter):
         path: the file; `.vtkhdf` is added if it does not end so. Started anew by a run from the beginning (when its
             first frame is complete), continued by a resumed one.
         configuration: "reference" (default): points are stored once, and viewers keep the mesh from frame to frame;
-            with the displacement among the fields, they warp by it, at any scale. "current": points of every frame.
+            with the displacement among the fields, they warp by it, at any scale. "current": points of every frame,
+            as is needed for a part whose coordinate system moves.
         precision: "single" stores real numbers of frames in 4 bytes, "double" in 8; None (default) as the part does.
             Points that are stored once are double.
         compression: "gzip" for files that are smaller and written many times slower; None (default).
@@ -35,7 +37,8 @@ class VTKHDFExporter(OneFileExporter, NodeExporter):
 
     Raises:
         BadInput: as other exporters of nodes; on an unknown precision or compression; at the start of a resumed run, if
-            the file is not the one that the run has written.
+            the file is not the one that the run has written; at the first frame in another place of a part whose
+            coordinate system moves, for points that are stored once.
 
     The file is closed after every frame, so it can be copied or looked at while the run goes on. A process that is
     killed leaves all complete frames readable, whenever that happens but for microseconds in every 4096th frame. There
@@ -65,10 +68,11 @@ class VTKHDFExporter(OneFileExporter, NodeExporter):
         self.precision, self.compression = precision, compression
         self._times: list[float] = []
         self._room: Room = {}
+        self._place: tuple[Any, ...] = ()  # how the coordinate system lay in the world when it was last compared
 
     def attach(self) -> None:
         super().attach()
-        self._room = {}
+        self._room, self._place = {}, ()
 
     # -- what is in the file ----------------------------------------------------------------------------------------
 
@@ -76,7 +80,25 @@ class VTKHDFExporter(OneFileExporter, NodeExporter):
         series.make(path, self._still(), len(self.part), self._arrays(), self.compression)
 
     def _append(self, file: Any, times: list[float], clock: Clock) -> None:
+        if self.configuration == "reference":
+            self._check_place(file)
         series.append(file, times, self._arrays())
+
+    def _check_place(self, file: Any) -> None:
+        """Looks whether points that are stored once are still where they were, if the coordinate system has moved.
+
+        Raises:
+            BadInput: if they are not.
+        """
+        now = mappings(self.part.system)
+        if now == self._place:
+            return
+        if not np.array_equal(file["VTKHDF/Points"][:], self.positions()):
+            raise BadInput(
+                f"{self.label}: the coordinate system of the part moves, and configuration='reference' stores its "
+                "points once: take configuration='current'"
+            )
+        self._place = now
 
     def _still(self) -> Iterator[tuple[str, NDArray[Any]]]:
         """What is the same in all frames, by the names of the file."""

@@ -1,113 +1,121 @@
-"""Bonds between two parts, as another program reads them, from any object that has them."""
+"""Bonds between two parts, as another program reads them."""
 
 from __future__ import annotations
-
-import logging
 
 import numpy as np
 import pytest
 import pyvista
 
 import rbs_core as rbs
-from rbs_core import BadInput
+from rbs_core import BadInput, MissingField, intact
+from rbs_core.part import Connection
 from rbs_plugins import ConnectionExporter
-from rbs_plugins.exporters.connections import Connected, GivenRows
 from rbs_plugins.fields import displacement
 
+PAIRS = [[1, 0], [1, 1], [2, 1]]
 
-def parts():
-    """A row of three nodes, and two nodes above it in a system of their own."""
-    above = rbs.world.child("above", origin=(0.0, 1.0, 0.0))
+
+def glue(**options):
+    """A row of three nodes, and two nodes above it in a system of their own, with bonds 1-0, 1-1 and 2-1."""
+    above = rbs.world.child("above", origin=(0.0, 1.0, 0.0), axes=[(0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)])
     row = rbs.Part("row", rbs.Box(size=(3.0, 1.0))).discretize(1.0)
-    lid = rbs.Part("lid", rbs.Everywhere(), dimension=2, system=above).place([[0.0, 0.0], [1.0, 0.0]], 1.0)
-    return row, lid
+    lid = rbs.Part("lid", rbs.Everywhere(), dimension=2, system=above).place([[0.0, 0.0], [0.0, -1.0]], 1.0)
+    return Connection(row, lid, pairs=PAIRS, name="glue", **options)
 
 
-class Glue:
-    """A stand-in for whatever connects parts."""
-
-    def __init__(self, part, other):
-        self.part, self.other = part, other
-
-    def as_rows(self):
-        """Node 1 leads to 0 and 1, node 2 to 1."""
-        return np.array([0, 0, 2, 3]), np.array([0, 1, 1], np.uint32)
+def read(path):
+    """A file, and which of its cells are lines."""
+    grid = pyvista.read(path)
+    return grid, grid.celltypes == pyvista.CellType.LINE
 
 
-def test_points_lines_and_sizes(tmp_path):
-    row, lid = parts()
-    assert isinstance(Glue(row, lid), Connected)
-    exporter = ConnectionExporter(row, Glue(row, lid), tmp_path / "glue")
-    assert exporter.parts == [row, lid]
+@pytest.mark.parametrize("both", [True, False])
+def test_points_lines_and_sizes(tmp_path, both):
+    exporter = ConnectionExporter(glue(both=both), tmp_path / "glue")
+    assert [part.name for part in exporter.parts] == ["row", "lid"]
+    assert exporter.label == "ConnectionExporter 'glue' glue"
+    assert repr(exporter).startswith("ConnectionExporter(glue, path=")
     rbs.Analysis([exporter]).run(steps=2, dt=1.0, progress=False)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["glue.pvd", "glue_000001.vtu"]
-    grid = pyvista.read(tmp_path / "glue_000001.vtu")
+    grid, lines = read(tmp_path / "glue_000001.vtu")
     np.testing.assert_allclose(grid.points, [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], atol=1e-15)
     assert grid["is_other"].tolist() == [0, 0, 1, 1]
-    assert grid["node"][:4].tolist() == [0, 1, 2, 3]
     assert grid.point_data["node"].tolist() == [1, 2, 0, 1]
-    assert grid.point_data["family_size"].tolist() == [2, 1, 1, 2]
-    lines = grid.celltypes == pyvista.CellType.LINE
+    assert grid.point_data["family_size"].tolist() == ([2, 1, 1, 2] if both else [2, 1, 0, 0])
+    assert lines.tolist() == [False] * 4 + [True] * 3
     assert grid.cell_data["node"][lines].tolist() == [0, 0, 1]
     assert grid.cell_data["neighbor"][lines].tolist() == [2, 3, 3]
     np.testing.assert_allclose(grid["bond_length"][lines], [1.0, 2**0.5, 1.0])
     np.testing.assert_allclose(grid["bond_vector"][lines], [[0, 1, 0], [1, 1, 0], [0, 1, 0]], atol=1e-15)
     assert not grid["bond_length"][~lines].any()
-    assert lines.tolist() == [False] * 4 + [True] * 3
+    assert (grid["intact"] == 1).all()
 
 
-def test_current_positions_of_both_parts(tmp_path):
-    row, lid = parts()
-    row[displacement], lid[displacement] = (0.0, -1.0), (0.0, 1.0)
-    exporter = ConnectionExporter(row, Glue(row, lid), tmp_path / "glue", configuration="current")
+def test_current_positions_and_the_system_of_each_part(tmp_path):
+    connection = glue()
+    row, lid = connection.ends
+    row[displacement], lid[displacement] = (0.0, -1.0), (1.0, 0.0)
+    exporter = ConnectionExporter(connection, tmp_path / "glue", configuration="current")
     assert (lid, displacement) in exporter.reads
     rbs.Analysis([exporter]).run(steps=1, dt=1.0, progress=False)
-    grid = pyvista.read(tmp_path / "glue_000001.vtu")
+    grid, _ = read(tmp_path / "glue_000001.vtu")
     np.testing.assert_allclose(grid.points[:, 1], [-1, -1, 2, 2], atol=1e-15)
 
 
-def test_it_writes_without_a_run_from_given_rows(tmp_path):
-    row, lid = parts()
-    given = GivenRows(row, lid, [0, 1, 1, 1], [1])
-    assert repr(given) == "GivenRows(row, lid, 1 bonds)"
-    ConnectionExporter(row, given, tmp_path / "glue").write(tmp_path / "now.vtu")
-    grid = pyvista.read(tmp_path / "now.vtu")
-    assert (grid.n_points, grid.n_cells) == (2, 3)
+def test_broken_bonds(tmp_path):
+    connection = glue()
+    connection[intact] = [1, 0, 1, 1, 0, 1]  # from both ends: 1-0, 1-1, 2-1, 0-1, 1-1, 1-2
+    ConnectionExporter(connection, tmp_path / "glue").write(tmp_path / "now.vtu")
+    grid, lines = read(tmp_path / "now.vtu")
+    assert grid["intact"][lines].tolist() == [1, 0, 1]
 
 
-def test_no_bonds_are_said_once(tmp_path, caplog):
-    row, lid = parts()
-    exporter = ConnectionExporter(row, GivenRows(row, lid, [0, 0, 0, 0], []), tmp_path / "glue", when=rbs.always)
-    with caplog.at_level(logging.WARNING, logger="rbs"):
-        rbs.Analysis([exporter]).run(steps=2, dt=1.0, progress=False)
-    assert [record.message for record in caplog.records] == [
-        "ConnectionExporter 'row' glue: no node of 'row' is bonded to 'lid'"
-    ]
-    assert pyvista.read(tmp_path / "glue_000002.vtu").n_points == 0
+class Approach(rbs.Integrator):
+    """Two parts come nearer, and their bonds are searched again."""
+
+    updates = (displacement,)
+
+    def __init__(self, part, connection):
+        super().__init__(part)
+        self.connection = connection
+        connection.search_during_runs()
+
+    def apply(self, clock):
+        self[displacement][:, 0] = clock.step
+        self.connection.search((self.part[displacement], np.zeros((4, 1))))
 
 
-@pytest.mark.parametrize(
-    ("offsets", "neighbors", "message"),
-    [
-        ([0, 1], [0], "must be 4 numbers that rise from 0"),
-        ([0, 1, 2, 3], [0], "to the number of bonds, 1"),
-        ([1, 1, 1, 1], [0], "must be 4 numbers"),
-        ([0, 2, 1, 3], [0, 1, 0], "must be 4 numbers"),
-        ([0, 1, 1, 1], [2], "leads to node 2 of part 'lid', which has the nodes 0 to 1"),
-        ([0, 1, 1, 1], [-1], "leads to node -1"),
-    ],
-)
-def test_rows_that_do_not_fit_are_refused_before_the_run(tmp_path, offsets, neighbors, message):
-    row, lid = parts()
-    analysis = rbs.Analysis([ConnectionExporter(row, GivenRows(row, lid, offsets, neighbors), tmp_path / "glue")])
-    with pytest.raises(BadInput, match=message):
-        analysis.prepare()
+def test_bonds_that_come_during_a_run(tmp_path):
+    left = rbs.Part("left", rbs.Box(size=4.0)).discretize(1.0)
+    right = rbs.Part("right", rbs.Box(size=4.0, center=6.0)).discretize(1.0)
+    with pytest.warns(UserWarning, match="has no bond"):
+        connection = Connection(left, right, horizon=2.0)
+    exporter = ConnectionExporter(connection, tmp_path / "gap", configuration="current", when=rbs.always)
+    exporter.write(tmp_path / "none.vtu")
+    assert pyvista.read(tmp_path / "none.vtu").n_points == 0
+    rbs.Analysis([Approach(left, connection), exporter]).run(steps=2, dt=1.0, progress=False)
+    found = [read(tmp_path / f"gap_00000{step}.vtu") for step in (1, 2)]
+    assert [np.count_nonzero(lines) for _, lines in found] == [1, 3]
+    assert found[1][0]["bond_length"].max() == 2.0
+
+
+@pytest.mark.parametrize("storage", ["list", "lattice"])
+def test_all_bonds_of_a_part(tmp_path, storage):
+    part = rbs.Part("plate", rbs.Box(size=(3.0, 2.0))).discretize(1.0).connect(1.0, storage=storage)
+    part.bonds.cut(rbs.Segment((0.5, -2.0), (0.5, 2.0)))
+    ConnectionExporter(part, tmp_path / "plate").write(tmp_path / "plate.vtu")
+    grid, lines = read(tmp_path / "plate.vtu")
+    ends = np.stack([grid["node"][lines], grid["neighbor"][lines]], axis=1).tolist()
+    assert ends == [[i, j] for i, j in part.bonds if i < j]
+    assert np.count_nonzero(grid["intact"][lines] == 0) == 2
+    assert not grid["is_other"].any()
 
 
 def test_what_is_no_connection_is_refused(tmp_path):
-    row, lid = parts()
-    for given in (lid, None, GivenRows(row, "lid", [0, 0, 0, 0], [])):
-        with pytest.raises(BadInput, match=r"is no connection: it needs part, other and as_rows\(\)"):
-            ConnectionExporter(row, given, tmp_path / "glue")
-    with pytest.raises(BadInput, match="belongs to part 'row': give that one in front of it"):
-        ConnectionExporter(lid, Glue(row, lid), tmp_path / "glue")
+    for given in (None, "glue", glue().bonds):
+        with pytest.raises(BadInput, match=r"is no connection: give a Connection\(part, other, \.\.\.\)"):
+            ConnectionExporter(given, tmp_path / "glue")
+    with pytest.raises(MissingField, match="connect"):
+        ConnectionExporter(rbs.Part("row", rbs.Box(size=3.0)).discretize(1.0), tmp_path / "glue")
+    with pytest.raises(BadInput, match="configuration='past' must be one of"):
+        ConnectionExporter(glue(), tmp_path / "glue", configuration="past")

@@ -13,6 +13,7 @@ import rbs_core as rbs
 from rbs_core import BadInput, Field, NotFinite
 from rbs_plugins import VTKExporter
 from rbs_plugins.fields import damage, displacement, kinetic_energy, velocity
+from tests.unit.plugins.exporters.moving import Carry, carried
 
 stress = Field("stress", "node", "tensor", "Pa", "σ", "Made up for these tests.")
 
@@ -128,6 +129,18 @@ def test_a_turned_part_is_drawn_in_world_coordinates(tmp_path):
     np.testing.assert_allclose(before["displacement"], after.points - before.points, atol=1e-15)
     # x of the plate is y of the world, y of the plate is -x of the world
     np.testing.assert_allclose(before["stress"][0].reshape(3, 3), [[0, -1, 0], [-3, 7, 0], [0, 0, 0]], atol=1e-14)
+
+
+@pytest.mark.parametrize("configuration", ["current", "reference"])
+def test_a_part_whose_system_moves_is_where_it_is_at_the_frame(tmp_path, configuration):
+    part, places = carried()
+    exporter = VTKExporter(part, [displacement], tmp_path / "plate", configuration=configuration)
+    rbs.Analysis([Carry(part), exporter]).run(steps=3, dt=1.0, progress=False)
+    for step in (1, 2, 3):
+        grid = pyvista.read(tmp_path / f"plate_{step:06d}.vtu")
+        points, moved = places(step)
+        np.testing.assert_allclose(grid["displacement"], [moved, moved], atol=1e-15)
+        np.testing.assert_allclose(grid.points, points + (moved if configuration == "current" else 0.0), atol=1e-15)
 
 
 def test_names_that_xml_does_not_like(tmp_path):
