@@ -43,7 +43,7 @@ from rbs_core.part import Bonds, Neighborhood, Node, Part
 from rbs_core.plugins import registry
 from rbs_core.relation import Boundary, Constitutive, Exporter, Integrator, Measure, Relation
 from rbs_core.report import Report
-from rbs_core.space import CoordinateSystem, convert, world
+from rbs_core.space import CoordinateSystem, convert, convert_vectors, grids, world
 from rbs_core.trigger import Clock, Trigger, always, at, between, every, last, once, realtime
 
 __version__ = "0.1.0"
@@ -91,7 +91,9 @@ __all__ = [
     "at",
     "between",
     "convert",
+    "convert_vectors",
     "every",
+    "grids",
     "hookimpl",
     "intact",
     "last",

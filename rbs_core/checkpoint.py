@@ -47,6 +47,7 @@ class Checkpoint(Relation):
     """
 
     role = "checkpoint"
+    stays = True
     example = None
 
     def __init__(self, path: str | Path, *, when: Trigger = always) -> None:

@@ -45,14 +45,17 @@ class Relation:
 
     `example` says how to make a typical instance, for the conformance suite: keyword arguments beside the part, or,
     where they depend on the part, a static method that takes a connected part and returns them (None for a part that
-    the relation is not made for). Relations among the arguments run in front of this one.
+    the relation is not made for). The first argument is the part unless the example names it, e.g. a connection.
+    Relations among the arguments run in front of this one.
 
     `storages` names the representations of bonds that a relation with bond fields in its contract can work with. The
     arrays of a lattice's bond fields cannot be written, so what changes bonds through `self[field]` needs the list.
-    `connections` names those whose bonds it works for.
+    `connections` names those whose bonds it works for. `stays` is True for relations that touch more than a contract
+    can name, files or coordinate systems: no other relation is moved across them to save time.
     """
 
     role: ClassVar[str] = "relation"
+    stays: ClassVar[bool] = False
     example: ClassVar[Any] = None
     reads: Fields = ()
     writes: Fields = ()
@@ -334,3 +337,4 @@ class Exporter(Relation):
     """Writes files. The analysis checks that what it reads is finite before it writes."""
 
     role = "exporter"
+    stays = True

@@ -117,7 +117,7 @@ def _levels(calls: Sequence[Call]) -> Iterator[int]:
 
     A relation waits for those that change what it touches, those that look at what it changes, and those that it was
     given. Relations that add to one sum need not wait for each other, but for the first of them, which clears or sets
-    it. Whatever writes files stays where it is.
+    it. Nothing is moved across what `stays`.
     """
     changed: dict[Any, int] = {}
     added: dict[Any, int] = {}
@@ -134,7 +134,7 @@ def _levels(calls: Sequence[Call]) -> Iterator[int]:
         waits += [added.get(key, 0) for key in (*reads, *writes)]
         waits += [looked.get(key, 0) for key in (*writes, *adds)]
         level = max([floor, *waits])
-        if relation.role in ("exporter", "checkpoint"):
+        if relation.stays:
             level = floor = max(top, level)
         for known, keys in ((looked, reads), (added, adds)):
             for key in keys:
@@ -142,7 +142,7 @@ def _levels(calls: Sequence[Call]) -> Iterator[int]:
         for key in writes:
             changed[key] = level + 1
         top = max(top, level + 1)
-        if relation.role in ("exporter", "checkpoint"):
+        if relation.stays:
             floor = top
         yield level
 

@@ -7,6 +7,7 @@ nothing but the kernel; `check_contract` does them all. A plugin author's physic
 from __future__ import annotations
 
 import importlib
+import inspect
 import json
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -62,7 +63,8 @@ def make(relation_class: type[Relation], part: Part, **arguments: Any) -> Relati
     if given is None:
         return None
     assert isinstance(given, Mapping), f"the example of {relation_class.__name__} must be keyword arguments: {given!r}"
-    return relation_class(part, **{**given, **arguments})
+    first = next(iter(inspect.signature(relation_class).parameters))
+    return relation_class(**{first: part, **given, **arguments})
 
 
 def partners(relation: Relation) -> list[Relation]:
@@ -127,7 +129,8 @@ def check_description(relation: Relation) -> None:
     again = type(relation)(**relation._given_arguments)
     assert repr(again) == repr(relation), f"made again from its own arguments, {relation!r} is {again!r}"
     for word in WORDS:
-        assert getattr(again, word) == getattr(relation, word), f"{relation!r} made again has other {word}"
+        old, new = ([(host.name, field) for host, field in each.keys(word)] for each in (relation, again))
+        assert new == old, f"{relation!r} made again has other {word}"
 
 
 def check_words(relation: Relation) -> None:
@@ -135,10 +138,9 @@ def check_words(relation: Relation) -> None:
     for word in WORDS:
         fields = getattr(relation, word)
         assert isinstance(fields, tuple), f"{relation.label}: {word} must be a tuple of fields, got {fields!r}"
-        for each in fields:
-            part, field = each if isinstance(each, tuple) and len(each) == 2 else (relation.part, each)
-            assert isinstance(field, Field), f"{relation.label}: {word} holds {field!r}, which is no Field"
-            assert isinstance(part, Part), f"{relation.label}: {word} holds a field of {part!r}, which is no Part"
+        for field in fields:
+            each = field[1] if isinstance(field, tuple) and len(field) == 2 else field
+            assert isinstance(each, Field), f"{relation.label}: {word} holds {field!r}, which is no Field"
         assert len(set(fields)) == len(fields), f"{relation.label}: {word} names a field twice: {fields}"
     for one, other in (("writes", "updates"), ("writes", "adds"), ("updates", "adds"), ("writes", "offers")):
         both = set(relation.keys(one)) & set(relation.keys(other))

@@ -9,7 +9,9 @@ from collections.abc import Iterable
 
 import rbs_core as rbs
 from rbs_plugins import fields
+from rbs_plugins.boundary.contact import ShortRangeRepulsion
 from rbs_plugins.boundary.domain import BoundaryDomain
+from rbs_plugins.boundary.search import Search
 from rbs_plugins.constitutive.bond_based import BondBased
 from rbs_plugins.constitutive.fracture import Criterion, CriticalStretch, Damage
 from rbs_plugins.constitutive.pairwise import PairwiseForce
@@ -44,6 +46,8 @@ __all__ = [
     "NeighborhoodExporter",
     "PairwiseForce",
     "PictureExporter",
+    "Search",
+    "ShortRangeRepulsion",
     "StrainEnergy",
     "SymplecticEuler",
     "TextExporter",
@@ -64,8 +68,8 @@ __all__ = [
 def rbs_relations() -> Iterable[type[rbs.Relation]]:
     """The built-in relations."""
     return [
-        PairwiseForce, BondBased, Damage, Kick, Drift, BoundaryDomain, KineticEnergy, StrainEnergy,
-        FractureDissipation, VTKExporter, VTKHDFExporter, HDF5Exporter, CSVExporter, TextExporter,
+        PairwiseForce, BondBased, ShortRangeRepulsion, Search, Damage, Kick, Drift, BoundaryDomain, KineticEnergy,
+        StrainEnergy, FractureDissipation, VTKExporter, VTKHDFExporter, HDF5Exporter, CSVExporter, TextExporter,
         PictureExporter, AnimationExporter, NeighborhoodExporter, ConnectionExporter,
     ]  # fmt: skip
 

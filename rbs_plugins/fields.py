@@ -29,6 +29,9 @@ volume_fraction = Field(
     "Share of the neighbor's cell that lies within the horizon.",
     initial=1,
 )
+contact_distance = Field(
+    "contact_distance", "bond", "scalar", "m", "d", "Distance of two nodes below which they repel each other."
+)
 kinetic_energy = Field("kinetic_energy", "part", "scalar", "J", "T", "Kinetic energy of the part.")
 strain_energy = Field("strain_energy", "part", "scalar", "J", "U", "Energy in the intact bonds of the part.")
 external_work = Field("external_work", "part", "scalar", "J", "A", "Work that boundary domains have done on the part.")
@@ -46,6 +49,7 @@ VOCABULARY = (
     dissipation_density,
     breakable,
     volume_fraction,
+    contact_distance,
     kinetic_energy,
     strain_energy,
     external_work,

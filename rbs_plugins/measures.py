@@ -105,7 +105,7 @@ class StrainEnergy(Measure):
         self[strain_energy][...] = self._total()
 
     def items(self) -> int:
-        return len(self.part.bonds) * len(self._forces)
+        return sum(force.items() for force in self._forces)
 
 
 class FractureDissipation(Measure):

@@ -60,7 +60,9 @@ class Placed(Geometry):
     """A geometry whose numbers are coordinates of a system, as a geometry in coordinates of the system's parent.
 
     Usually written `geometry.placed(system)`. When the system moves, the geometry moves with it. A ball in a system
-    with stretched axes is an ellipsoid. Two are equal when the geometry is equal and the system is the same one.
+    with stretched axes is an ellipsoid, a box in a cylindrical one is a sector of a tube. Angles of a geometry may
+    start anywhere, such as 0 to 2 pi or -pi to pi, but span one turn at most. Two are equal when the geometry is equal
+    and the system is the same one.
 
     Args:
         geometry: what is placed.
@@ -87,7 +89,7 @@ class Placed(Geometry):
 
     @property
     def bounds(self) -> Bounds:
-        """The hull of the corners of the geometry's own bounds."""
+        """A box around the image of the geometry's own bounds; infinite where the system does not know one."""
         lower, upper = self.geometry.bounds
         mapping, dimension = self.system.mapping, self.geometry.dimension
         if dimension is None or mapping is None or not (lower <= upper).all():
@@ -98,14 +100,23 @@ class Placed(Geometry):
         return low[:dimension], high[:dimension]
 
     def _contains(self, points: FloatArray) -> BoolArray:
-        return self.geometry._contains(self.system.from_parent(points))
+        return self.geometry._contains(self._own(points))
+
+    def _own(self, points: FloatArray) -> FloatArray:
+        """Points in coordinates of the system; of all angles that mean the same, those the geometry speaks of."""
+        lower, upper = self.geometry.bounds
+        finite = np.isfinite(lower) & np.isfinite(upper)
+        middle = np.full(lower.size, np.nan)
+        middle[finite] = (lower[finite] + upper[finite]) / 2
+        own = self.system.from_parent(points)
+        return self.system.placement()[0].near(own, np.broadcast_to(middle, points.shape[1]))
 
     def _distance(self, points: FloatArray) -> FloatArray:
         mapping = self.system.mapping
         factor = 0.0 if mapping is None else mapping.least_stretch(points.shape[1])
         if factor == 0.0:
             raise BadInput(f"{self!r} knows no distance: {mapping!r} keeps no lengths; use only contains()")
-        return self.geometry._distance(self.system.from_parent(points)) * factor
+        return self.geometry._distance(self._own(points)) * factor
 
     def _parameters(self) -> dict[str, object]:
         return {"geometry": self.geometry, "system": self.system}

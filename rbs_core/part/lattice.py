@@ -211,6 +211,20 @@ class Lattice(Storage):
     def has_broken(self) -> bool:
         return intact in self.fields and not np.array_equal(self.fields.raw(intact), self.present)
 
+    def holds(self, nodes: NDArray[np.int64], others: NDArray[np.int64]) -> NDArray[np.bool_]:
+        bits = self.fields.raw(intact) if intact in self.fields else self.present
+        here = np.minimum(self.cells[nodes], self.cells[others])
+        ways = np.abs(self.cells[others] - self.cells[nodes])
+        found = np.zeros(len(here), np.bool_)
+        step = np.searchsorted(self.steps, ways)
+        same = np.flatnonzero(step < len(self.steps))
+        while len(same := same[self.steps[step[same]] == ways[same]]):
+            words = bits[step[same] // self.width, here[same]]
+            found[same] |= (words >> (step[same] % self.width).astype(bits.dtype)) & 1 != 0
+            step[same] += 1  # in a narrow grid, several steps lead over the same distance of cells
+            same = same[step[same] < len(self.steps)]
+        return found
+
     def arrays(self) -> tuple[NDArray[Any], ...]:
         return np.array([*self.shape, self.margin]), self.vectors, self.cells, self.present
 

@@ -112,6 +112,10 @@ class Bonds:
         """True if any bond is broken."""
         return self.stored.has_broken
 
+    def holds(self, nodes: ArrayLike, others: ArrayLike) -> NDArray[np.bool_]:
+        """(k,) True for pairs of nodes between which there is a bond, and it is intact."""
+        return self.stored.holds(np.asarray(nodes, np.int64), np.asarray(others, np.int64))
+
     def mark(self, field: Field, geometry: Geometry) -> None:
         """Sets a bond field of the type uint8 to 1 for bonds whose two ends lie in a geometry, to 0 for the others."""
         self.stored.mark(field, geometry.contains(self.positions))

@@ -18,7 +18,7 @@ from rbs_core.part.neighborhoods import Bonds
 from rbs_core.part.rigid import rigid
 from rbs_core.part.storage import TOLERANCE
 from rbs_core.part.views import Node
-from rbs_core.space import CoordinateSystem, Grid, uniform, world
+from rbs_core.space import Cells, CoordinateSystem, Grid, uniform, world
 
 REALS = {"double": "float64", "single": "float32"}
 
@@ -84,30 +84,34 @@ class Part(Host):
 
     # -- nodes ------------------------------------------------------------------------------------------------------
 
-    def discretize(self, spacing: float, *, thickness: float | None = None, area: float | None = None) -> Part:
-        """Fills the geometry with nodes at the cell centres of a regular grid.
+    def discretize(self, spacing: float | Cells, *, thickness: float | None = None, area: float | None = None) -> Part:
+        """Fills the geometry with nodes: at the cell centres of a regular grid, or at the points of any other grid.
+
+        A node in the geometry stands for its whole cell, one outside for nothing.
 
         Args:
-            spacing: distance of nodes, m.
+            spacing: distance of nodes, m; or a grid in local coordinates (`rbs.grids`).
             thickness: of a 2-D part, m (1 m if not given).
             area: cross-section of a 1-D part, m^2 (1 m^2 if not given).
 
         Raises:
-            BadInput: on a spacing that is not positive, an unbounded geometry, an argument of another dimension, or
-                if no cell centre lies in the geometry.
+            BadInput: on a spacing that is not positive, an unbounded geometry, a grid or an argument of another
+                dimension, or if no point lies in the geometry.
         """
         across = self._across(thickness, area)
-        lower, upper = self.geometry.bounds
-        grid = uniform(lower, upper, spacing)
-        points = grid.points()
+        cells = spacing if isinstance(spacing, Cells) else uniform(*self.geometry.bounds, spacing)
+        if cells.dimension != self.dimension:
+            raise BadInput(f"part '{self.name}' is {self.dimension}-D, but the grid has {cells.dimension}: {cells!r}")
+        points = cells.points()
         inside = self.geometry.contains(points)
         if not inside.any():
             raise BadInput(
-                f"part '{self.name}' is empty: none of the {len(grid)} cell centres of spacing {spacing:g} m lies in "
+                f"part '{self.name}' is empty: none of the {len(cells)} points of {cells!r} lies in "
                 f"{self.geometry!r}: use a smaller spacing or check the geometry"
             )
-        self._place(points[inside], grid.cell_volume(across))
-        self.spacing, self.grid, self._cells = float(spacing), grid, None if inside.all() else np.flatnonzero(inside)
+        self._place(points[inside], cells.volumes(across)[inside])
+        self.spacing = cells.spacing
+        self.grid, self._cells = cells.lattice(inside) or (None, None)
         return self
 
     def place(

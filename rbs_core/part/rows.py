@@ -107,6 +107,20 @@ class Rows(Storage):
     def has_broken(self) -> bool:
         return intact in self.fields and not self.fields.get(intact).all()
 
+    def holds(self, nodes: NDArray[np.int64], others: NDArray[np.int64]) -> NDArray[np.bool_]:
+        low, high = self._offsets[nodes], self._offsets[nodes + 1]
+        ends = high.copy()
+        while (low < high).any():  # bisection, in all rows at once
+            middle = (low + high) // 2
+            before = low < high
+            before[before] = self._neighbors[middle[before]] < others[before]
+            low, high = np.where(before, middle + 1, low), np.where(before | (low >= high), high, middle)
+        found = low < ends
+        found[found] = self._neighbors[low[found]] == others[found]
+        if intact in self.fields:
+            found[found] = self.fields.get(intact)[low[found]] != 0
+        return found
+
     def arrays(self) -> tuple[NDArray[Any], ...]:
         return self._offsets, self._neighbors
 

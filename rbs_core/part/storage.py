@@ -68,6 +68,10 @@ class Storage(ABC):
         """True if any bond is broken."""
 
     @abstractmethod
+    def holds(self, nodes: NDArray[np.int64], others: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """(k,) True for pairs of nodes between which there is a bond, and it is intact."""
+
+    @abstractmethod
     def arrays(self) -> tuple[NDArray[Any], ...]:
         """What tells these bonds from others: equal arrays mean equal bonds."""
 

@@ -1,155 +1,183 @@
-"""Mappings between the coordinates of a system and those of its parent, on (n, 3) arrays."""
+"""Points and vectors of one coordinate system in another, by way of their lowest common ancestor."""
 
 from __future__ import annotations
-
-from abc import ABC, abstractmethod
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from rbs_core.errors import BadInput
-from rbs_core.space.checks import Bounds, FloatArray, as_real, as_text, as_vector, require_finite
+from rbs_core.space.bases import combined, reciprocal
+from rbs_core.space.checks import FloatArray, as_real, as_text, require_finite
+from rbs_core.space.system import CoordinateSystem
 
-# Smallest singular value of the normalised axes below which three vectors count as linearly dependent:
-# an inverse would then lose ten of the sixteen digits.
-INDEPENDENCE = 1e-10
-
-
-class Mapping(ABC):
-    """How the coordinates of a system and of its parent belong together.
-
-    A kind of coordinates (Cartesian, cylindrical, ...) is a subclass with two functions on arrays of shape (n, 3);
-    the tree of systems knows nothing else about it.
-    """
-
-    @abstractmethod
-    def to_parent(self, points: FloatArray) -> FloatArray:
-        """Points (n, 3) in own coordinates, in those of the parent (a new array)."""
-
-    @abstractmethod
-    def from_parent(self, points: FloatArray) -> FloatArray:
-        """Points (n, 3) in the parent's coordinates, in own ones (a new array)."""
-
-    def bounds_to_parent(self, lower: FloatArray, upper: FloatArray) -> Bounds:
-        """A box in the parent's coordinates around the image of a box; all of space unless a kind knows better.
-
-        Args:
-            lower: smallest own coordinates, shape (3,), may be -inf.
-            upper: largest own coordinates, shape (3,), may be +inf.
-
-        Returns:
-            Smallest and largest coordinates in the parent, shape (3,) each.
-        """
-        return np.full(3, -np.inf), np.full(3, np.inf)
-
-    def least_stretch(self, dimension: int) -> float:
-        """Smallest factor by which a length grows on its way to the parent; 0 where no such factor is known.
-
-        Args:
-            dimension: 1, 2 or 3; only the first so many coordinates vary.
-        """
-        return 0.0
+# A component is dropped on the way back to 1-D or 2-D when it is below this fraction of the largest one met.
+FLATNESS = 1e-12
 
 
-class Cartesian(Mapping):
-    """Straight axes: parent = origin + x axes[0] + y axes[1] + z axes[2].
+def convert(points: ArrayLike, source: CoordinateSystem, target: CoordinateSystem) -> FloatArray:
+    """Points of one system in coordinates of another, by way of their lowest common ancestor.
 
     Args:
-        origin: own origin in the parent's coordinates (m), 1 to 3 components; missing ones are 0.
-        axes: three vectors in the parent's coordinates: where one unit along x, y and z leads. Any length but zero
-            and any angles: long axes stretch, oblique axes shear. Two vectors are enough: the third is their
-            normalised cross product. Vectors of two components get a third of 0. None: the parent's own axes.
+        points: shape (n, d), or (d,) for one point; d = 1, 2 or 3, missing components count as 0.
+        source: the system that the points are given in.
+        target: the system that they are wanted in; the same one gives a copy.
+
+    Returns:
+        A new float64 array of the shape of `points`.
 
     Raises:
-        BadInput: when an axis has no length or the axes are linearly dependent; the message names them.
+        BadInput: when the systems belong to different trees; when points in 1-D or 2-D leave their line or plane
+            (by more than 1e-12 of the largest coordinate met on the way); for other shapes and for NaN or infinity;
+            for coordinates that a system does not have, such as a negative radius.
     """
-
-    def __init__(self, origin: ArrayLike = (0.0, 0.0, 0.0), axes: Sequence[ArrayLike] | None = None) -> None:
-        given = as_vector(origin, "origin")
-        self.origin: FloatArray = np.zeros(3)
-        self.origin[: given.size] = given
-        self.axes = np.eye(3) if axes is None else _three_axes(axes)
-        self._inverse: FloatArray = np.asarray(np.linalg.inv(self.axes), dtype=np.float64)
-        self._shift_only = bool(np.array_equal(self.axes, np.eye(3)))
-        self.origin.flags.writeable = self.axes.flags.writeable = False
-
-    def to_parent(self, points: FloatArray) -> FloatArray:
-        """Points (n, 3) in own coordinates, in those of the parent (a new array)."""
-        turned = points if self._shift_only else _combined(points, self.axes)
-        return turned + self.origin
-
-    def from_parent(self, points: FloatArray) -> FloatArray:
-        """Points (n, 3) in the parent's coordinates, in own ones (a new array)."""
-        shifted = points - self.origin
-        return shifted if self._shift_only else _combined(shifted, self._inverse)
-
-    def bounds_to_parent(self, lower: FloatArray, upper: FloatArray) -> Bounds:
-        """The smallest box in the parent's coordinates around the image of a box (the hull of its corners)."""
-        least, most = self.origin.copy(), self.origin.copy()
-        for axis, low, high in zip(self.axes, lower, upper, strict=True):
-            for component in np.flatnonzero(axis):  # a zero component adds nothing, not even 0 times infinity
-                ends = sorted((low * axis[component], high * axis[component]))
-                least[component] += ends[0]
-                most[component] += ends[1]
-        return least, most
-
-    def least_stretch(self, dimension: int) -> float:
-        """Smallest factor by which a length grows on its way to the parent."""
-        block = self.axes[:dimension, :dimension]
-        if np.abs(block @ block.T - np.eye(dimension)).max() <= 1e-14:  # turned only: no round-off in the factor
-            return 1.0
-        return float(np.linalg.svd(block, compute_uv=False)[-1])
-
-    def __repr__(self) -> str:
-        return f"Cartesian({self.arguments()})"
-
-    def arguments(self) -> str:
-        """The arguments as they could be typed, axes left out where they are the parent's."""
-        axes = "" if self._shift_only else f", axes={as_text(self.axes)}"
-        return f"origin={as_text(self.origin)}{axes}"
+    array = _rows_from(points, "points")
+    up, down = _way(source, target)
+    if source is target:
+        return array
+    full, dimension = _padded(array), array.shape[-1]
+    scale = np.abs(full).max(initial=0.0)
+    mappings = [system.placement()[0] for system in (*up, *down)]
+    steps = [mapping.to_parent for mapping in mappings[: len(up)]]
+    for step in (*steps, *(mapping.from_parent for mapping in mappings[len(up) :])):
+        full = step(full)
+        scale = max(scale, np.abs(full).max(initial=0.0))
+    _require_flat(full, dimension, FLATNESS * scale, f"{source.path} to {target.path}: points")
+    return np.ascontiguousarray(full[:, :dimension]).reshape(array.shape)
 
 
-def _combined(points: FloatArray, rows: FloatArray) -> FloatArray:
-    """The product points @ rows in one order of summation: a point maps to the same bits in any array."""
-    result: FloatArray = points[:, 0:1] * rows[0]
-    result += points[:, 1:2] * rows[1]
-    result += points[:, 2:3] * rows[2]
-    return result
+def convert_vectors(
+    vectors: ArrayLike, points: ArrayLike, source: CoordinateSystem, target: CoordinateSystem
+) -> FloatArray:
+    """Vectors at points of one system, in components of another.
+
+    Components belong to the basis of a system at the point: in Cartesian systems its axes with the lengths they have,
+    in cylindrical and spherical ones unit vectors along the coordinate lines (stretched as their axes are), in custom
+    ones the tangents of the coordinate lines. So a displacement, a velocity or a force stays the same arrow.
+
+    Args:
+        vectors: components in the source, shape (n, d), or (d,) for one; missing components count as 0.
+        points: where they are, in coordinates of the source (m, rad), of the same shape.
+        source: the system that vectors and points are given in.
+        target: the system that the vectors are wanted in; the same one gives a copy.
+
+    Returns:
+        A new float64 array of the shape of `vectors`.
+
+    Raises:
+        BadInput: as `convert`; for different shapes; where a system on the way down has no basis at a point, such as
+            a child of a cylindrical system on the axis of that; where a kind of coordinates has no basis at all.
+    """
+    array, places = _rows_from(vectors, "vectors"), _rows_from(points, "points")
+    if array.shape != places.shape:
+        raise BadInput(
+            f"vectors has shape {array.shape}, points has {places.shape}; give one point per vector, in the same shape"
+        )
+    up, down = _way(source, target)
+    if source is target:
+        return array
+    full, where, dimension = _padded(array), _padded(places), array.shape[-1]
+    largest = np.zeros(2)
+    for system, step in (*((system, _raised) for system in up), *((system, _lowered) for system in down)):
+        largest = np.maximum(largest, [np.abs(full).max(initial=0.0), np.abs(where).max(initial=0.0)])
+        full, where = step(full, where, system)
+    way = f"{source.path} to {target.path}"
+    for rows, largest_before, what in zip((full, where), largest, ("vectors", "points"), strict=True):
+        tolerance = FLATNESS * max(largest_before, np.abs(rows).max(initial=0.0))
+        _require_flat(rows, dimension, tolerance, f"{way}: {what}")
+    return np.ascontiguousarray(full[:, :dimension]).reshape(array.shape)
 
 
-def _three_axes(axes: Sequence[ArrayLike]) -> FloatArray:
-    """The 3 x 3 matrix of axes as rows, checked."""
-    rows = list(axes)
-    if len(rows) not in (2, 3):
-        raise BadInput(f"axes has {len(rows)} vectors; give 3, or 2 (the third is their normalised cross product)")
-    matrix = np.zeros((len(rows), 3))
-    for index, row in enumerate(rows):
-        vector = np.asarray(as_real(row, f"axes[{index}]"), dtype=np.float64)
-        if vector.shape not in ((2,), (3,)):
-            raise BadInput(f"axes[{index}] has shape {vector.shape}; give 3 components (or 2: the third is then 0)")
-        require_finite(vector, f"axes[{index}]")
-        matrix[index, : vector.size] = vector
-    lengths = np.linalg.norm(matrix, axis=1)
-    for index, length in enumerate(lengths.tolist()):
-        if length == 0.0:
-            raise BadInput(f"axes[{index}] = {as_text(matrix[index])} has no length; give a vector of any other length")
-    unit = matrix / lengths[:, None]
-    if len(rows) == 2:
-        _require_independent(matrix, unit)
-        normal = np.cross(unit[0], unit[1])
-        return np.vstack([matrix, normal / np.linalg.norm(normal)])
-    _require_independent(matrix, unit)
-    return matrix
+def _raised(vectors: FloatArray, points: FloatArray, system: CoordinateSystem) -> tuple[FloatArray, FloatArray]:
+    """Vectors and points of a system, in its parent."""
+    mapping, parent = system.placement()
+    changes = combined(vectors, np.moveaxis(mapping.basis(points), 1, 0))  # of the parent's coordinates
+    above = mapping.to_parent(points)
+    return changes * _scales(parent, above), above
 
 
-def _require_independent(matrix: FloatArray, unit: FloatArray) -> None:
-    """Refuse axes that span less than a space of their number; name the fewest that are to blame."""
-    count = len(matrix)
-    pairs = [(i, j) for i in range(count) for j in range(i + 1, count)]
-    for group in (*pairs, tuple(range(count))):
-        rows = list(group)
-        if np.linalg.svd(unit[rows], compute_uv=False)[-1] < INDEPENDENCE:
-            named = ", ".join(f"axes[{index}] = {as_text(matrix[index])}" for index in rows)
-            lie = "are parallel" if len(rows) == 2 else "lie in one plane"
-            raise BadInput(f"{named} {lie}; give linearly independent axes")
+def _lowered(vectors: FloatArray, points: FloatArray, system: CoordinateSystem) -> tuple[FloatArray, FloatArray]:
+    """Vectors and points of the parent of a system, in the system."""
+    mapping, parent = system.placement()
+    scales = _scales(parent, points)
+    own = mapping.from_parent(points)
+    dual = reciprocal(mapping.basis(own))
+    lost = np.flatnonzero((scales == 0.0).any(axis=1) | np.isnan(dual).any(axis=(1, 2)))
+    if lost.size:
+        raise BadInput(
+            f"{system.path} has no basis at {as_text(own[lost[0]])} (points[{lost[0]}]), where a coordinate of "
+            f"{parent.path} or of itself leads nowhere; leave points on such an axis or in such a center out"
+        )
+    return ((vectors / scales)[:, None, :] * dual).sum(axis=2), own
+
+
+def _scales(system: CoordinateSystem, points: FloatArray) -> FloatArray:
+    """Basis vectors per unit of each coordinate at points (n, 3); all 1 in a root, which is straight."""
+    return np.ones_like(points) if system.mapping is None else system.mapping.scales(points)
+
+
+def _rows_from(values: ArrayLike, what: str) -> FloatArray:
+    """A copy as float64 of shape (n, d) or (d,)."""
+    array = np.array(as_real(values, what), dtype=np.float64)
+    if array.ndim not in (1, 2) or not 1 <= array.shape[-1] <= 3:
+        raise BadInput(
+            f"{what} has shape {array.shape}; give (n, d), or (d,) for one of them, with d = 1, 2 or 3 "
+            "(many in 1-D: shape (n, 1))"
+        )
+    require_finite(array, what)
+    return array
+
+
+def _padded(array: FloatArray) -> FloatArray:
+    """Rows (n, 3) with zeros for missing components."""
+    rows = array.reshape(-1, array.shape[-1])
+    full = np.zeros((len(rows), 3))
+    full[:, : rows.shape[1]] = rows
+    return full
+
+
+def _way(source: CoordinateSystem, target: CoordinateSystem) -> tuple[list[CoordinateSystem], list[CoordinateSystem]]:
+    """The systems to leave upwards from the source, and those to enter downwards to the target."""
+    for system, what in ((source, "source"), (target, "target")):
+        if not isinstance(system, CoordinateSystem):
+            raise BadInput(f"{what} = {system!r} is no CoordinateSystem; give world or a system below it")
+    shared = _common_ancestor(source, target)
+    return _line_below(shared, source), _line_below(shared, target)[::-1]
+
+
+def _common_ancestor(source: CoordinateSystem, target: CoordinateSystem) -> CoordinateSystem:
+    """The deepest system that is above both (or one of them)."""
+    a: CoordinateSystem | None = source
+    b: CoordinateSystem | None = target
+    while a is not b:
+        # The deeper one climbs; at equal depth both must, the second in the next round.
+        if b is None or (a is not None and a.depth >= b.depth):
+            a = a.parent if a is not None else None
+        else:
+            b = b.parent
+    if a is None:
+        raise BadInput(
+            f"{source.path!r} and {target.path!r} belong to different trees; make both children of one system, "
+            "such as world"
+        )
+    return a
+
+
+def _line_below(top: CoordinateSystem, bottom: CoordinateSystem) -> list[CoordinateSystem]:
+    """The systems from `bottom` up to, but without, `top`."""
+    systems: list[CoordinateSystem] = []
+    system: CoordinateSystem | None = bottom
+    while system is not None and system is not top:
+        systems.append(system)
+        system = system.parent
+    return systems
+
+
+def _require_flat(full: FloatArray, dimension: int, tolerance: float, way: str) -> None:
+    """Refuse to drop components that are not zero."""
+    dropped = np.abs(full[:, dimension:])
+    if dropped.size and dropped.max() > tolerance:
+        row, column = np.unravel_index(np.argmax(dropped), dropped.shape)
+        raise BadInput(
+            f"{way}[{row}] gets {'xyz'[dimension + int(column)]} = {full[row, dimension + column]:.6g} and "
+            f"leaves {dimension} dimension{'s' if dimension > 1 else ''}; give 3-D points (add the missing zeros)"
+        )

@@ -1,23 +1,18 @@
-"""A tree of coordinate systems, and points converted between any two systems of it."""
+"""A tree of coordinate systems: straight, cylindrical, spherical and others, each placed in its parent and movable."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import count
-from typing import TypeAlias
 from weakref import WeakValueDictionary
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from rbs_core.errors import BadInput
-from rbs_core.space.checks import FloatArray, as_real, require_finite
-from rbs_core.space.convert import Cartesian, Mapping
-
-# A component is dropped on the way back to 1-D or 2-D when it is below this fraction of the largest coordinate met.
-FLATNESS = 1e-12
-
-Step: TypeAlias = Callable[[FloatArray], FloatArray]
+from rbs_core.space.checks import FloatArray
+from rbs_core.space.curved import Cylindrical, Spherical
+from rbs_core.space.custom import BoundsFunction, Custom, Function
+from rbs_core.space.mapping import Cartesian, Mapping
 
 
 class CoordinateSystem:
@@ -73,6 +68,76 @@ class CoordinateSystem:
         """
         return self.mapped(name, Cartesian(origin, axes))
 
+    def cylindrical(
+        self, name: str, origin: ArrayLike = (0.0, 0.0, 0.0), axes: Sequence[ArrayLike] | None = None
+    ) -> CoordinateSystem:
+        """A system of coordinates (r, phi, z) placed in this one; in 2-D polar coordinates (r, phi).
+
+        Args:
+            name: what it is called.
+            origin: a point of the axis in coordinates of this system (m).
+            axes: phi = 0 is along the first, z along the third; this system's own if not given. See `Cylindrical`.
+
+        Returns:
+            The child; keep it, the tree does not.
+
+        Raises:
+            BadInput: as `child`.
+        """
+        return self.mapped(name, Cylindrical(origin, axes))
+
+    def spherical(
+        self, name: str, origin: ArrayLike = (0.0, 0.0, 0.0), axes: Sequence[ArrayLike] | None = None
+    ) -> CoordinateSystem:
+        """A system of coordinates (r, theta, phi) placed in this one: theta from the z axis, phi about it, in rad.
+
+        Args:
+            name: what it is called.
+            origin: the center in coordinates of this system (m).
+            axes: theta = 0 is along the third, phi = 0 at the side of the first; this system's own if not given. See
+                `Spherical`.
+
+        Returns:
+            The child; keep it, the tree does not.
+
+        Raises:
+            BadInput: as `child`.
+        """
+        return self.mapped(name, Spherical(origin, axes))
+
+    def custom(
+        self,
+        name: str,
+        to_parent: Function,
+        from_parent: Function,
+        origin: ArrayLike = (0.0, 0.0, 0.0),
+        axes: Sequence[ArrayLike] | None = None,
+        *,
+        samples: ArrayLike | None = None,
+        jacobian: Function | None = None,
+        bounds: BoundsFunction | None = None,
+    ) -> CoordinateSystem:
+        """A system of coordinates of one's own: this system's = origin + to_parent(own) @ axes.
+
+        Args:
+            name: what it is called.
+            to_parent: function of points (n, 3) in own coordinates.
+            from_parent: its inverse.
+            origin: of the axes, in coordinates of this system (m).
+            axes: three vectors of any length but zero; this system's own if not given.
+            samples: points (n, 3) in own coordinates where the functions are checked to be inverse.
+            jacobian: derivatives of `to_parent`, (n, 3, 3), for vectors; differences if not given.
+            bounds: function that puts a box around the image of a box. For all of these see `Custom`.
+
+        Returns:
+            The child; keep it, the tree does not.
+
+        Raises:
+            BadInput: as `child`, and where the functions are not inverse to each other.
+        """
+        mapping = Custom(to_parent, from_parent, origin, axes, samples=samples, jacobian=jacobian, bounds=bounds)
+        return self.mapped(name, mapping)
+
     def mapped(self, name: str, mapping: Mapping) -> CoordinateSystem:
         """A system of any kind placed in this one; its coordinates relate to these by `mapping`."""
         return CoordinateSystem(name, self, mapping)
@@ -84,9 +149,38 @@ class CoordinateSystem:
 
     @mapping.setter
     def mapping(self, mapping: Mapping) -> None:
-        if self.parent is None:
-            raise BadInput(f"{self.name!r} is a root and cannot be moved; move a child of it")
+        self.placement()
+        if not isinstance(mapping, Mapping):
+            raise BadInput(f"mapping = {mapping!r} of {self.path!r} is no Mapping; give one such as Cartesian(origin)")
         self._mapping = mapping
+
+    def translate(self, vector: ArrayLike) -> None:
+        """Shifts the system, and all below it with their parts and geometries.
+
+        Args:
+            vector: by how much, in coordinates of the parent (m), 1 to 3 components, missing ones are 0.
+
+        Raises:
+            BadInput: for a root.
+        """
+        self._mapping = self.placement()[0].translated(vector)
+
+    def rotate(self, angle: float, axis: ArrayLike = (0.0, 0.0, 1.0), center: ArrayLike | None = None) -> None:
+        """Turns the system, and all below it with their parts and geometries.
+
+        The lengths and angles of the axes stay what they are to the last digits, however many rotations are made. The
+        angle adds up their round-off; a motion that is a function of time loses nothing when it starts from the first
+        mapping in each step: `system.mapping = first.rotated(speed * time)`.
+
+        Args:
+            angle: rad; by the rule of the right hand about the axis.
+            axis: in coordinates of the parent, of any length but zero.
+            center: a point of the axis in coordinates of the parent (m); the own origin if not given.
+
+        Raises:
+            BadInput: for a root, and for an axis without length.
+        """
+        self._mapping = self.placement()[0].rotated(angle, axis, center)
 
     @property
     def children(self) -> tuple[CoordinateSystem, ...]:
@@ -98,110 +192,34 @@ class CoordinateSystem:
         """Names from the root down to this system, such as "world/plate"."""
         return self.name if self.parent is None else f"{self.parent.path}/{self.name}"
 
+    def placement(self) -> tuple[Mapping, CoordinateSystem]:
+        """How it is placed, and in what.
+
+        Raises:
+            BadInput: for a root.
+        """
+        if self.parent is None or self._mapping is None:
+            raise BadInput(f"{self.name!r} is a root: it has no parent and cannot be moved; use a child of it")
+        return self._mapping, self.parent
+
     def to_parent(self, points: ArrayLike) -> FloatArray:
         """Points of this system in coordinates of its parent; shapes and errors as in `convert`."""
-        return convert(points, self, self._required_parent())
+        from rbs_core.space.convert import convert  # late: it knows what a system is
+
+        return convert(points, self, self.placement()[1])
 
     def from_parent(self, points: ArrayLike) -> FloatArray:
         """Points of the parent in coordinates of this system; shapes and errors as in `convert`."""
-        return convert(points, self._required_parent(), self)
+        from rbs_core.space.convert import convert
 
-    def _required_parent(self) -> CoordinateSystem:
-        if self.parent is None:
-            raise BadInput(f"{self.name!r} is a root and has no parent; use a child of it")
-        return self.parent
+        return convert(points, self.placement()[1], self)
 
     def __repr__(self) -> str:
         if self.parent is None:
             return self.name if self is world else f"CoordinateSystem({self.name!r})"
-        if isinstance(self._mapping, Cartesian):
-            return f"{self.parent!r}.child({self.name!r}, {self._mapping.arguments()})"
+        if self._mapping is not None and self._mapping.maker is not None:
+            return f"{self.parent!r}.{self._mapping.maker}({self.name!r}, {self._mapping.arguments()})"
         return f"{self.parent!r}.mapped({self.name!r}, {self._mapping!r})"
 
 
 world = CoordinateSystem("world")
-
-
-def convert(points: ArrayLike, source: CoordinateSystem, target: CoordinateSystem) -> FloatArray:
-    """Points of one system in coordinates of another, by way of their lowest common ancestor.
-
-    Args:
-        points: shape (n, d), or (d,) for one point; d = 1, 2 or 3, missing components count as 0.
-        source: the system that the points are given in.
-        target: the system that they are wanted in; the same one gives a copy.
-
-    Returns:
-        A new float64 array of the shape of `points`.
-
-    Raises:
-        BadInput: when the systems belong to different trees; when points in 1-D or 2-D leave their line or plane
-            (by more than 1e-12 of the largest coordinate met on the way); for other shapes and for NaN or infinity.
-    """
-    array = np.array(as_real(points, "points"), dtype=np.float64)
-    if array.ndim not in (1, 2) or not 1 <= array.shape[-1] <= 3:
-        raise BadInput(
-            f"points has shape {array.shape}; give (n, d), or (d,) for one point, with d = 1, 2 or 3 "
-            "(many points in 1-D: shape (n, 1))"
-        )
-    require_finite(array, "points")
-    for system, what in ((source, "source"), (target, "target")):
-        if not isinstance(system, CoordinateSystem):
-            raise BadInput(f"{what} = {system!r} is no CoordinateSystem; give world or a system below it")
-    shared = _common_ancestor(source, target)
-    if source is target:
-        return array
-    rows = array.reshape(-1, array.shape[-1])
-    dimension = rows.shape[1]
-    full = np.zeros((len(rows), 3))
-    full[:, :dimension] = rows
-    scale = np.abs(full).max(initial=0.0)
-    for step in _steps(source, target, shared):
-        full = step(full)
-        scale = max(scale, np.abs(full).max(initial=0.0))
-    _require_flat(full, dimension, FLATNESS * scale, f"{source.path} to {target.path}")
-    return np.ascontiguousarray(full[:, :dimension]).reshape(array.shape)
-
-
-def _common_ancestor(source: CoordinateSystem, target: CoordinateSystem) -> CoordinateSystem:
-    """The deepest system that is above both (or one of them)."""
-    a: CoordinateSystem | None = source
-    b: CoordinateSystem | None = target
-    while a is not b:
-        # The deeper one climbs; at equal depth both must, the second in the next round.
-        if b is None or (a is not None and a.depth >= b.depth):
-            a = a.parent if a is not None else None
-        else:
-            b = b.parent
-    if a is None:
-        raise BadInput(
-            f"{source.path!r} and {target.path!r} belong to different trees; make both children of one system, "
-            "such as world"
-        )
-    return a
-
-
-def _steps(source: CoordinateSystem, target: CoordinateSystem, shared: CoordinateSystem) -> list[Step]:
-    """The functions that lead up from the source to the shared system and down to the target."""
-    up, down = _line_below(shared, source), _line_below(shared, target)
-    return [*(mapping.to_parent for mapping in up), *(mapping.from_parent for mapping in reversed(down))]
-
-
-def _line_below(top: CoordinateSystem, bottom: CoordinateSystem) -> list[Mapping]:
-    """Mappings of the systems from `bottom` up to, but without, `top`."""
-    mappings: list[Mapping] = []
-    system: CoordinateSystem | None = bottom
-    while system is not None and system is not top and system.mapping is not None:
-        mappings.append(system.mapping)
-        system = system.parent
-    return mappings
-
-
-def _require_flat(full: FloatArray, dimension: int, tolerance: float, way: str) -> None:
-    """Refuse to drop components that are not zero."""
-    dropped = np.abs(full[:, dimension:])
-    if dropped.size and dropped.max() > tolerance:
-        row, column = np.unravel_index(np.argmax(dropped), dropped.shape)
-        raise BadInput(
-            f"{way}: points[{row}] gets {'xyz'[dimension + int(column)]} = {full[row, dimension + column]:.6g} and "
-            f"leaves {dimension} dimension{'s' if dimension > 1 else ''}; give 3-D points (add the missing zeros)"
-        )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,7 @@ def require_bonds(name: str, host: Host) -> None:
 
 
 class BondRelation(Constitutive):
-    """A constitutive relation on the bonds of a part, or on those between two parts.
+    """A constitutive relation on the bonds of a part, or on those of a connection.
 
     Args:
         host: connected part, or connection.
@@ -35,7 +36,7 @@ class BondRelation(Constitutive):
 
     Attributes:
         host: as given.
-        ends: the part, or the two parts, whose nodes the bonds belong to.
+        ends: the parts whose nodes the bonds belong to, one or two.
 
     Raises:
         BadInput: if the part is not connected.
@@ -128,9 +129,10 @@ class BondRelation(Constitutive):
                 at_nodes[argument.array] = argument.field
         changing = [name for name, field in at_nodes.items() if name not in felt and self.is_changed(field)]
         if isinstance(self.host, Connection):
-            one, two = self.ends
-            pairs = {name: (self[one, field], self[two, field]) for name, field in at_nodes.items()}
-            return JointLoops(recipe, self.host, pairs, others, changing)
+            places: dict[str, Sequence[NDArray[Any]]] = {
+                name: [self[end, field] for end in self.ends] for name, field in at_nodes.items()
+            }
+            return JointLoops(recipe, self.host, places, others, changing)
         inputs = {**{name: self[field] for name, field in at_nodes.items()}, **others}
         if isinstance(stored, Lattice):
             return LatticeLoops(recipe, self.host, inputs, why is None and active is not False, changing)

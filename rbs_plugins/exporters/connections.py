@@ -1,4 +1,4 @@
-"""ConnectionExporter: bonds between two parts, to be looked at."""
+"""ConnectionExporter: the bonds of a connection, to be looked at."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from rbs_plugins.fields import displacement, reference_position
 
 
 class ConnectionExporter(FrameExporter):
-    """Writes the nodes of two parts that are bonded to each other, and these bonds as lines, in world coordinates.
+    """Writes the nodes that a connection bonds to each other, and these bonds as lines, in world coordinates.
 
     Args:
-        connection: connection of two parts; of a connected part all its nodes and bonds are written.
+        connection: between two parts, or within one.
         path: folder and beginning of the file names: `<path>_<step>.vtu` and `<path>.pvd`, as VTKExporter.
         configuration: "reference" (default) or "current" positions.
         when: trigger; the first step if not given.
@@ -27,7 +27,6 @@ class ConnectionExporter(FrameExporter):
     Raises:
         BadInput: on what is no connection, on an unknown configuration; at the start of the run, if the folder cannot
             be written.
-        MissingField: before the part is connected.
 
     Point data: `is_other`, 1 for nodes of the second part, `node`, the number of the node in its part, and
     `family_size`, the number of bonds that it feels here. There is one line for each pair of bonded nodes, with the
@@ -37,38 +36,39 @@ class ConnectionExporter(FrameExporter):
     Bonds that are searched again during a run are written as they are at the frame. `write(file)` writes without a run.
     """
 
-    example = {"path": "bonds"}
     storages = ("list", "lattice")
 
     def __init__(
         self,
-        connection: Connection | Part,
+        connection: Connection,
         path: str | Path,
         *,
         configuration: str = "reference",
         when: Trigger = once,
     ) -> None:
-        if not isinstance(connection, Connection | Part):
+        if not isinstance(connection, Connection):
             raise BadInput(f"ConnectionExporter: {connection!r} is no connection: give a Connection(part, other, ...)")
-        self.host = connection
-        self.ends = connection.ends if isinstance(connection, Connection) else (connection,)
-        self.connections = (connection,) if isinstance(connection, Connection) else ()
-        super().__init__(self.ends[0], (), path, configuration=configuration, when=when)
-        _ = connection.bonds  # refused here if they are not there
+        self.connection, self.connections = connection, (connection,)
+        super().__init__(connection.ends[0], (), path, configuration=configuration, when=when)
+
+    @staticmethod
+    def example(part: Part) -> dict[str, Any]:
+        """Bonds within the part."""
+        return {"connection": Connection(part, horizon=1.5 * (part.spacing or 1.0)), "path": "bonds"}
 
     @property
     def label(self) -> str:
         """Name in reports, and in checkpoints: two exporters of one connection differ by their files."""
-        return f"{type(self).__name__} '{self.host.name}' {self.path.name}"
+        return f"{type(self).__name__} '{self.connection.name}' {self.path.name}"
 
     def __repr__(self) -> str:
-        return super().__repr__().replace(f"({self.part.name}", f"({self.host.name}", 1)
+        return super().__repr__().replace(f"({self.part.name}", f"({self.connection.name}", 1)
 
     @property
     def reads(self) -> tuple[Any, ...]:  # type: ignore[override]
         """Positions of the parts in the configuration, and which bonds hold."""
         fields = (reference_position, *((displacement,) if self.configuration == "current" else ()))
-        return (*((end, field) for end in self.ends for field in fields), (self.host, intact))
+        return (*((end, field) for end in self.connection.ends for field in fields), (self.connection, intact))
 
     def apply(self, clock: Clock) -> None:
         self.write(self.frame(clock, "vtu"))
@@ -76,17 +76,14 @@ class ConnectionExporter(FrameExporter):
 
     def write(self, file: str | Path) -> None:
         """Writes one VTU file, now."""
-        host, bonds = self.host, self.host.bonds
-        nodes = host.nodes if isinstance(host, Connection) else (np.arange(len(host)),)
-        places = [self.positions_of(end)[chosen] for end, chosen in zip(self.ends, nodes, strict=True)]
+        bonds, nodes = self.connection.bonds, self.connection.nodes
+        places = [self.positions_of(end)[chosen] for end, chosen in zip(self.connection.ends, nodes, strict=True)]
         points = np.concatenate(places)
         sizes = bonds.counts()
         starts, neighbors = np.repeat(np.arange(len(points)), sizes), bonds.as_rows()[1].astype(np.int64)
-        # bonds that both ends feel are there twice, and break together
-        pairs = np.minimum(starts, neighbors) * len(points) + np.maximum(starts, neighbors)
-        once_each = np.unique(pairs, return_index=True)[1]
-        ends = np.stack([starts, neighbors], axis=1)[once_each]
-        holds = np.asarray(self[host, intact], np.uint8)[once_each]
+        first = starts < neighbors  # a bond that both ends feel is there twice, and breaks at both
+        ends = np.stack([starts, neighbors], axis=1)[first]
+        holds = np.asarray(self[self.connection, intact], np.uint8)[first]
         grid = vtu.Grid(
             points,
             vtu.cells(len(points), ends),

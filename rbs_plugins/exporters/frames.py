@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rbs_core import BadInput, CoordinateSystem, Exporter, Field, Part, Trigger, convert, world
 from rbs_core.files import writable_folder
-from rbs_core.space import Cartesian, Mapping
+from rbs_core.space import Mapping
 from rbs_core.trigger import Clock
 from rbs_plugins.exporters.names import fields_of
 from rbs_plugins.fields import displacement, reference_position, volume
@@ -108,9 +108,9 @@ class NodeExporter(Exporter):
         Where nothing has to be turned or padded it is the array of the field itself: to be read, and not to be kept.
         """
         array = three(self[field], room)
-        turn = None if array.ndim == 1 or self.part.system is world else self._turn()
-        if turn is None:
+        if array.ndim == 1 or self.part.system is world:
             return array
+        turn = self._turn()
         turns = turn if field.shape == "vector" else np.kron(turn, turn)  # R T R^T of a tensor, row after row
         return array @ turns.T.astype(np.result_type(array, np.float32))
 
@@ -123,10 +123,8 @@ class NodeExporter(Exporter):
             return np.sqrt(size / (np.pi * (self.part.thickness or 1.0)))
         return 0.5 * size / (self.part.area or 1.0)
 
-    def _turn(self) -> NDArray[np.float64] | None:
-        """(3, 3) the axes of the part in the world; None for curved coordinates, where each node has its own."""
-        if not all(isinstance(mapping, Cartesian) for mapping in mappings(self.part.system)):
-            return None
+    def _turn(self) -> NDArray[np.float64]:
+        """(3, 3) the axes of the part in the world: no part lives in curved coordinates."""
         corners = convert(np.vstack([np.zeros(3), np.eye(3)]), self.part.system, world)
         return (corners[1:] - corners[0]).T
 

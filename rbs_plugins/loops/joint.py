@@ -1,4 +1,4 @@
-"""Bond loops over a connection: what its nodes hold is taken from two parts, and what they feel is brought back.
+"""Bond loops over a connection: what its nodes hold is taken from its parts, and what they feel is brought back.
 
 Everything happens in world coordinates. Only nodes with a bond take part, so a small particle in a large matrix costs
 what its own bonds cost.
@@ -7,6 +7,7 @@ what its own bonds cost.
 from __future__ import annotations
 
 from collections.abc import Collection, Hashable, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from rbs_plugins.loops.loop import Loop, Text
 from rbs_plugins.loops.recipe import Recipe
 from rbs_plugins.loops.rows import RowLoops
 
-Pair = tuple[NDArray[Any], NDArray[Any]]
+Ends = Sequence[NDArray[Any]]
 PLACES = ("displacement", "reference_position")
 FELT = ("out", "dissipation")
 
@@ -43,14 +44,14 @@ class JointLoops:
         self,
         recipe: Recipe,
         connection: Connection,
-        at_nodes: dict[str, Pair],
+        at_nodes: dict[str, Ends],
         others: dict[str, Any],
         changing: Collection[str] = (),
     ) -> None:
         self._connection, self._at_nodes = connection, at_nodes
         self._ends = [_End(part) for part in connection.ends]
-        count = len(connection.nodes[0])
-        self._halves = slice(None, count), slice(count, None)
+        stops = np.cumsum([0, *(len(nodes) for nodes in connection.nodes)])
+        self._shares = [slice(*map(int, ends)) for ends in pairwise(stops)]
         taken = {name: self._taken(arrays) for name, arrays in at_nodes.items() if name not in (*PLACES, *FELT)}
         felt = {name: self._room(arrays) for name, arrays in at_nodes.items() if name in FELT}
         self._kept = [*taken.values(), *felt.values()]
@@ -58,38 +59,38 @@ class JointLoops:
         self._rows = RowLoops(recipe, connection, {**others, **taken, **felt}, self._placing)
         self._brings = [loop for name, room in felt.items() for loop in self._bringing(room, at_nodes[name])]
         self._energy: NDArray[np.float64] | None = None
-        self._shared = False  # whether several connections may bring something to one node
+        self._alone = False  # on one thread, since several connections may bring something to one node
         self.visited = self._rows.visited
 
     # -- from the parts and back ------------------------------------------------------------------------------------
 
-    def _taken(self, arrays: Pair) -> NDArray[np.float64]:
+    def _taken(self, arrays: Ends) -> NDArray[np.float64]:
         """One array for the nodes of the connection."""
-        both = [array[nodes] for array, nodes in zip(arrays, self._connection.nodes, strict=True)]
-        return np.concatenate(both).astype(np.float64)
+        each = [array[nodes] for array, nodes in zip(arrays, self._connection.nodes, strict=True)]
+        return np.concatenate(each).astype(np.float64)
 
-    def _room(self, arrays: Pair) -> NDArray[np.float64]:
+    def _room(self, arrays: Ends) -> NDArray[np.float64]:
         return np.zeros((len(self._connection), *arrays[0].shape[1:]))
 
     def _taking(self, name: str, target: NDArray[np.float64]) -> list[Loop]:
         """Loops that take what the nodes hold now."""
-        sources = zip(self._halves, self._at_nodes[name], self._connection.nodes, strict=True)
-        return [_each("take", target=target[half], source=array, nodes=nodes) for half, array, nodes in sources]
+        sources = zip(self._shares, self._at_nodes[name], self._connection.nodes, strict=True)
+        return [_each("take", target=target[share], source=array, nodes=nodes) for share, array, nodes in sources]
 
     def _placing(self, target: NDArray[np.float64]) -> list[Loop]:
         """Loops that write the present positions."""
-        places = zip(self._ends, self._halves, self._connection.nodes, strict=True)
+        places = zip(self._ends, self._shares, self._connection.nodes, strict=True)
         return [
-            _each("place", out=target[half], reference=self._at_nodes["reference_position"][k],
+            _each("place", out=target[share], reference=self._at_nodes["reference_position"][k],
                   displacement=self._at_nodes["displacement"][k], nodes=nodes, turn=end.turn, origin=end.origin)
-            for k, (end, half, nodes) in enumerate(places)
+            for k, (end, share, nodes) in enumerate(places)
         ]  # fmt: skip
 
-    def _bringing(self, source: NDArray[np.float64], arrays: Pair) -> list[Loop]:
+    def _bringing(self, source: NDArray[np.float64], arrays: Ends) -> list[Loop]:
         """Loops that add what the nodes feel to the fields of the parts."""
         found = []
-        for end, half, array, nodes in zip(self._ends, self._halves, arrays, self._connection.nodes, strict=True):
-            shared = {"target": array, "source": source[half], "nodes": nodes}
+        for end, share, array, nodes in zip(self._ends, self._shares, arrays, self._connection.nodes, strict=True):
+            shared = {"target": array, "source": source[share], "nodes": nodes}
             found.append(_each("bring", **shared, turn=end.turn) if array.ndim == 2 else _each("put", **shared))
         return found
 
@@ -121,7 +122,7 @@ class JointLoops:
         self._prepare()
         finite = self._rows.force(time, dt)
         for loop in self._brings:
-            loop(alone=self._shared)
+            loop(alone=self._alone)
         return finite
 
     def prepare_energy(self, out: NDArray[Any]) -> None:
@@ -137,14 +138,14 @@ class JointLoops:
         self._prepare()
         self._energy.fill(0.0)
         self._rows.energy(self._energy, time, dt)
-        out[self._connection.nodes[end]] += self._energy[self._halves[end]]
+        out[self._connection.nodes[end]] += self._energy[self._shares[end]]
 
     def stiffness(self, out: NDArray[np.float64], end: int = 0) -> None:
         """Adds Σ |d law / d stretch| β V / |ξ| at rest, (n,) for one of the parts."""
         self._prepare()
         joint = np.zeros(len(self._connection))
         self._rows.stiffness(joint)
-        out[self._connection.nodes[end]] += joint[self._halves[end]]
+        out[self._connection.nodes[end]] += joint[self._shares[end]]
 
     @property
     def nbytes(self) -> int:
@@ -161,7 +162,7 @@ class JointLoops:
     def merged(self, every: Sequence[JointLoops]) -> JointLoops:
         """The loops of several forces in one; without record of dissipation."""
         result = object.__new__(JointLoops)
-        result._shared = True
+        result._alone = True
         result._ends = [end for each in every for end in each._ends if end.may_move]
         for name in ("_takes", "_brings"):
             same = zip(*(getattr(each, name) for each in every), strict=True)

@@ -267,7 +267,7 @@ class LatticeLoops:
         loops = [each._mergeable for each in every]
         together = [same[0].merged(same[1:]) for same in zip(*loops, strict=True)]
         for each in every:
-            each._busy[:] = True
+            each._busy[:], each._quiet = True, False  # also if one is called alone, as for the forces at the start
         result = object.__new__(LatticeLoops)
         result._inputs, result._every, result._everything = {}, every, True
         result._count = result.visited = sum(each._count for each in every)

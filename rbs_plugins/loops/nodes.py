@@ -74,6 +74,18 @@ def bring(begin, end, thread, target, source, nodes, turn):
     return 0
 
 
+def largest_distance(begin, end, thread, a, b, partial, chunk):
+    """partial[c] = largest |a - b|^2 over range c, rows (n, d)."""
+    largest = 0.0
+    for i in range(begin, end):
+        square = 0.0
+        for k in range(a.shape[1]):
+            square += (a[i, k] - b[i, k]) ** 2
+        largest = max(largest, square)
+    partial[begin // chunk] = largest
+    return 0
+
+
 def sum_products(begin, end, thread, a, b, partial, chunk):
     """partial[c] = sum of a * b over range c, flat arrays."""
     total = 0.0

@@ -139,7 +139,7 @@ class Specimen:
         if relation is None:
             raise NotApplicable(f"the example of {relation_class.__name__} is not made for {part.dimension}-D parts")
         suits(relation)
-        if force_density not in relation.adds:
+        if (part, force_density) not in relation.keys("adds"):
             raise NotApplicable(f"{relation_class.__name__} adds no force density")
         self.part, self.relation = part, relation
         self.relations = [*partners(relation), relation]

@@ -93,6 +93,39 @@ def test_a_placed_geometry_moves_with_its_system():
     assert np.array_equal(disk.bounds, [[4.0, -1.0], [6.0, 1.0]])
 
 
+@pytest.mark.parametrize(
+    ("start", "stop"),
+    [(0.0, 1.0), (-1.0, 1.0), (2.5, 4.0), (-4.0, -2.5), (0.0, 2 * np.pi), (-np.pi, np.pi), (9.0, 10.0)],
+)
+def test_a_box_in_polar_coordinates_is_a_sector(start, stop):
+    """Wherever its angles begin, also across the seam of the angles that points get."""
+    system = world.cylindrical("polar", (0.5, -0.5), turned(0.3))
+    sector = Box.between((1.0, start), (2.0, stop)).placed(system)
+    x, y = (POINTS - [0.5, -0.5]).T
+    angle = (np.arctan2(y, x) - 0.3 - start) % (2 * np.pi)
+    expected = (np.hypot(x, y) >= 1.0) & (np.hypot(x, y) <= 2.0) & (angle <= stop - start)
+    assert np.array_equal(sector.contains(POINTS), expected)
+    assert within_bounds(sector, POINTS)
+    with pytest.raises(BadInput, match=r"knows no distance: Cylindrical.* keeps no lengths"):
+        sector.distance(POINTS)
+
+
+def test_sharp_bounds_of_sectors_of_tubes_and_shells():
+    quarter = Box.between((1.0, 0.0, -1.0), (2.0, np.pi / 2, 3.0)).placed(world.cylindrical("pipe", (5.0, 0.0, 0.0)))
+    assert np.allclose(quarter.bounds, [[5.0, 0.0, -1.0], [7.0, 2.0, 3.0]], atol=1e-15)
+    cap = Box.between((1.0, 0.0, -np.pi), (2.0, np.pi / 3, np.pi)).placed(world.spherical("globe"))
+    side = 2.0 * np.sin(np.pi / 3)
+    assert np.allclose(cap.bounds, [[-side, -side, 0.5], [side, side, 2.0]], atol=1e-15)
+    assert cap.contains([[0.0, 0.0, 1.5], [0.0, 0.0, -1.5], [1.0, 0.0, 0.5], [1.0, 0.0, 0.6]]).tolist() == [1, 0, 0, 1]
+
+
+def test_everything_and_nothing_in_curved_coordinates():
+    system = world.cylindrical("polar")
+    assert Everywhere().placed(system).contains(POINTS).all()
+    assert not (Box((1.0, 1.0)) & Box((1.0, 1.0), (9.0, 0.0))).placed(system).contains(POINTS).any()
+    assert Box((4.0, np.inf)).placed(system).contains([[-1.9, 0.0], [0.0, 2.1]]).tolist() == [True, False]
+
+
 def test_bounds_of_the_infinite_and_the_empty():
     system = world.child("turned", (1.0, 0.0), [(0.0, 1.0), (-1.0, 0.0)])
     slab = Box((np.inf, 2.0)).placed(system)

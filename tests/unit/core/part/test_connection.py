@@ -8,7 +8,7 @@ import pytest
 import rbs_core as rbs
 from rbs_core import BadInput, MissingField, intact
 from rbs_core.part import Connection, in_world
-from rbs_core.part.connection import pairs_within
+from rbs_core.part.pairs import pairs_between
 from tests.unit.core.toys import a, field, line
 
 strength = field("strength", at="bond")
@@ -129,7 +129,9 @@ def test_parts_may_overlap():
 
 def test_nodes_at_one_place_are_refused():
     left, right = line(4, "left"), line(4, "right")
-    with pytest.raises(BadInput, match=r"nodes of 'left' and 'right' are both at \[0\.5\] \(world\): move one"):
+    with pytest.raises(
+        BadInput, match=r"node 0 of 'left' and node 0 of 'right' are both at \[0\.5\] \(world\): move one"
+    ):
         Connection(left, right, horizon=1.0)
     apart = Connection(left, right, horizon=1.0, where=lambda starts, ends: (starts != ends).any(axis=1))
     assert len(apart.bonds) == 2 * 6
@@ -163,8 +165,36 @@ def test_bad_parts():
 
 
 @pytest.mark.parametrize("dimension", [1, 2, 3])
-def test_pairs_within_against_all_distances(dimension, rng):
+def test_pairs_between_against_all_distances(dimension, rng):
     one, two_ = rng.uniform(0, 1, (60, dimension)), rng.uniform(0.5, 2, (80, dimension))
     distances = np.linalg.norm(one[:, None] - two_[None], axis=2)
-    assert pairs_within(one, two_, 0.4).tolist() == np.argwhere(distances <= 0.4).tolist()
-    assert pairs_within(one, two_ + 10.0, 0.4).shape == (0, 2)
+    assert pairs_between(one, two_, 0.4).tolist() == np.argwhere(distances <= 0.4).tolist()
+    assert pairs_between(one, two_ + 10.0, 0.4).shape == (0, 2)
+
+
+def test_bonds_within_one_part():
+    part = line(5)
+    more = Connection(part, horizon=2.0)
+    assert more.name == f"within {part.name}"
+    assert more.ends == (part,)
+    assert repr(more) == f"<Connection 'within {part.name}', 14 directed bonds, 5 nodes of '{part.name}'>"
+    assert more.pairs.tolist() == [[0, 1], [0, 2], [1, 2], [1, 3], [2, 3], [2, 4], [3, 4]]
+    assert sorted(more.bonds) == sorted((int(i), int(j)) for k in more.pairs for i, j in (k, k[::-1]))
+    few = Connection(part, part, pairs=[[4, 1], [1, 4], [3, 1]])
+    assert [nodes.tolist() for nodes in few.nodes] == [[1, 3, 4]]
+    assert few.pairs.tolist() == [[1, 3], [1, 4]]
+    assert few.bonds.lengths.tolist() == [2.0, 3.0, 2.0, 3.0]
+    with pytest.raises(BadInput, match="node 2 cannot be bonded to itself"):
+        Connection(part, pairs=[[1, 2], [2, 2]])
+    with pytest.raises(BadInput, match="within one part, both ends of a bond feel it"):
+        Connection(part, horizon=2.0, both=False)
+
+
+def test_bonds_that_somebody_has_found():
+    left, right = two()
+    connection = Connection(left, right, pairs=np.empty((0, 2), np.int64))
+    assert (len(connection), len(connection.bonds), len(connection.pairs)) == (0, 0, 0)
+    connection.take([[3, 0]], (np.full((4, 1), 0.25), None))
+    assert connection.pairs.tolist() == [[3, 0]]
+    assert connection.bonds.lengths.tolist() == [0.75, 0.75]
+    assert connection.version == (1, 2)

@@ -196,6 +196,23 @@ def test_intact_is_the_field_of_the_part(storage):
         part.bonds.intact[0] = False
 
 
+@pytest.mark.parametrize(
+    ("size", "horizon"), [((6.0, 6.0), 2.0), ((3.0, 7.0), 3.0), ((2.0, 3.0, 4.0), 2.5), ((5.0,), 2)]
+)
+def test_which_pairs_of_nodes_hold_together(size, horizon, storage):
+    part = Part("plate", Box(size=size)).discretize(1.0).connect(horizon, storage=storage)
+    i, j = (ends.ravel() for ends in np.indices((len(part), len(part))))
+    bonded = np.zeros((len(part), len(part)), np.bool_)
+    bonded[tuple(np.array(list(part.bonds)).T)] = True
+    assert np.array_equal(part.bonds.holds(i, j), bonded.ravel())
+    assert intact not in part.bonds.fields
+    part.bonds.cut(lambda starts, ends: (starts[:, 0] > 0.3) != (ends[:, 0] > 0.3))
+    holding = np.zeros_like(bonded)
+    holding[tuple(np.array(list(part.bonds)).T)] = part.bonds.intact
+    assert np.array_equal(part.bonds.holds(i, j), holding.ravel())
+    assert 0 < holding.sum() < bonded.sum()
+
+
 def test_the_state_costs_nothing_until_somebody_asks():
     part = line(3).connect(1.0, storage="list")
     assert not part.bonds.has_broken

@@ -153,7 +153,7 @@ def test_new_bonds_have_no_old_bond_fields():
         (
             lambda: Part("p", rbs.Ball(radius=0.1, center=(0.0, 0.0)) - rbs.Ball(radius=0.09, center=(0.0, 0.0)))
             .discretize(0.2),
-            r"part 'p' is empty: none of the 1 cell centres of spacing 0.2 m lies in .*: use a smaller spacing",
+            r"part 'p' is empty: none of the 1 points of Grid.spacing=0.2.* lies in .*: use a smaller spacing",
         ),
     ],
 )  # fmt: skip

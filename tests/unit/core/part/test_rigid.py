@@ -65,6 +65,9 @@ def test_stretched_and_sheared_axes_are_refused(axes):
 
 
 def test_curved_systems_are_refused():
+    for curved in (rbs.world.cylindrical("pipe"), rbs.world.spherical("globe").child("below")):
+        with pytest.raises(BadInput, match=r"is not Cartesian \((Cylindrical|Spherical)\(origin=.*put the part into a"):
+            Part("p", SQUARE, system=curved)
     polar = rbs.world.mapped("polar", Curved())
     with pytest.raises(BadInput, match=r"system 'world/polar' is not Cartesian \(Curved\(\)\), so that bond lengths"):
         Part("p", SQUARE, system=polar.child("below"))
@@ -80,5 +83,7 @@ def test_a_system_may_move_later():
     part = Part("p", SQUARE, system=system).discretize(0.5).connect(0.5)
     lengths = part.bonds.lengths
     system.mapping = Cartesian((1.0, 2.0), turned(0.5))
+    system.rotate(0.2, center=(5.0, 5.0))
+    system.translate((0.0, 1.0))
     assert np.array_equal(part.bonds.lengths, lengths)
     assert rbs.convert(part.positions, part.system, rbs.world).shape == (4, 2)

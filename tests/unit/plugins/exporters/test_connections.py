@@ -7,7 +7,7 @@ import pytest
 import pyvista
 
 import rbs_core as rbs
-from rbs_core import BadInput, MissingField, intact
+from rbs_core import BadInput, intact
 from rbs_core.part import Connection
 from rbs_plugins import ConnectionExporter
 from rbs_plugins.fields import displacement
@@ -99,23 +99,20 @@ def test_bonds_that_come_during_a_run(tmp_path):
     assert found[1][0]["bond_length"].max() == 2.0
 
 
-@pytest.mark.parametrize("storage", ["list", "lattice"])
-def test_all_bonds_of_a_part(tmp_path, storage):
-    part = rbs.Part("plate", rbs.Box(size=(3.0, 2.0))).discretize(1.0).connect(1.0, storage=storage)
-    part.bonds.cut(rbs.Segment((0.5, -2.0), (0.5, 2.0)))
-    ConnectionExporter(part, tmp_path / "plate").write(tmp_path / "plate.vtu")
-    grid, lines = read(tmp_path / "plate.vtu")
-    ends = np.stack([grid["node"][lines], grid["neighbor"][lines]], axis=1).tolist()
-    assert ends == [[i, j] for i, j in part.bonds if i < j]
-    assert np.count_nonzero(grid["intact"][lines] == 0) == 2
+def test_bonds_within_one_part(tmp_path):
+    part = rbs.Part("plate", rbs.Box(size=(3.0, 2.0))).discretize(1.0)
+    connection = Connection(part, pairs=[[0, 5], [5, 1], [1, 5]])
+    ConnectionExporter(connection, tmp_path / "within").write(tmp_path / "now.vtu")
+    grid, lines = read(tmp_path / "now.vtu")
+    assert grid.point_data["node"].tolist() == [0, 1, 5]
     assert not grid["is_other"].any()
+    assert grid["neighbor"][lines].tolist() == [2, 2]
+    assert grid["node"][lines].tolist() == [0, 1]
 
 
 def test_what_is_no_connection_is_refused(tmp_path):
-    for given in (None, "glue", glue().bonds):
+    for given in (None, "glue", glue().ends[0]):
         with pytest.raises(BadInput, match=r"is no connection: give a Connection\(part, other, \.\.\.\)"):
             ConnectionExporter(given, tmp_path / "glue")
-    with pytest.raises(MissingField, match="connect"):
-        ConnectionExporter(rbs.Part("row", rbs.Box(size=3.0)).discretize(1.0), tmp_path / "glue")
     with pytest.raises(BadInput, match="configuration='past' must be one of"):
         ConnectionExporter(glue(), tmp_path / "glue", configuration="past")

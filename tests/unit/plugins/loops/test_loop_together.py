@@ -81,6 +81,22 @@ def test_only_loops_of_one_law_are_put_together(storage):
         assert np.array_equal(one, two)
 
 
+@pytest.mark.parametrize("storage", STORAGES)
+def test_bodies_that_start_at_rest_wake_up(storage):
+    """The forces at the start are found part by part, where nothing is displaced yet."""
+
+    def resting():
+        parts = bodies(storage)
+        for part in parts:
+            part[displacement] = 0.0
+        return parts
+
+    for found, wanted in zip(moved(resting())[1], alone(resting()), strict=True):
+        assert found[2].any()
+        for one, two in zip(found, wanted, strict=True):
+            assert np.array_equal(one, two)
+
+
 def test_list_and_lattice_stay_apart():
     names, _ = moved(bodies(*STORAGES, shapes=[(7, 6)] * 4))
     assert sum(name.startswith("PairwiseForce, 2 parts") for name in names) == 2, names

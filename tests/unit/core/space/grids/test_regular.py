@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rbs_core.errors import BadInput
-from rbs_core.space.grid import Grid, uniform
+from rbs_core.space.bases import rotation
+from rbs_core.space.grids.regular import Grid, rotated, uniform
 
 QUIET = settings(derandomize=True, deadline=None, database=None, max_examples=200)
 SPACINGS = st.floats(1e-9, 10.0)
@@ -101,6 +102,74 @@ def test_grids_are_immutable_values():
         grid.center[0] = 1.0
 
 
+def test_axes_of_a_grid():
+    grid = uniform((0.0, 0.0), (1.0, 0.5), 0.25)
+    assert grid.axis(0).edges.tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
+    assert [len(axis) for axis in grid.axes] == [4, 2]
+    assert np.array_equal(grid.axis(1).coordinates, grid.coordinates(1))
+    assert (grid.measures() == 0.0625).all()
+
+
+# -- turned ---------------------------------------------------------------------------------------------------------
+
+
+@QUIET
+@given(st.integers(2, 3), st.floats(0.05, 0.4), st.lists(st.floats(0.2, 1.0), min_size=3, max_size=3), st.booleans())
+def test_turned_by_nothing_it_is_the_uniform_grid(dimension, spacing, sides, elsewhere):
+    lower = [0.3, -0.2, 0.1][:dimension]
+    upper = [low + side for low, side in zip(lower, sides, strict=False)]
+    center = {"center": [5.0, 4.0, 3.0][:dimension]} if elsewhere else {}
+    turned, straight = rotated(lower, upper, spacing, 0.0, **center), uniform(lower, upper, spacing)
+    assert len(turned) == len(straight)
+    assert np.allclose(turned.points(), straight.points(), rtol=0, atol=1e-14)
+    assert np.allclose(turned.measures(), straight.measures())
+
+
+@QUIET
+@given(st.integers(2, 3), st.floats(-7.0, 7.0), st.integers(0, 2**32 - 1), st.booleans())
+def test_turned_cells_cover_the_box(dimension, angle, seed, elsewhere):
+    """Every point of the box is in a cell: turned back, no component is more than half a spacing from a point."""
+    rng = np.random.default_rng(seed)
+    lower, upper, spacing = np.zeros(dimension), rng.uniform(0.3, 1.0, dimension), 0.1
+    options = {"axis": rng.normal(size=3)} if dimension == 3 else {}
+    if elsewhere:
+        options["center"] = rng.uniform(-3.0, 3.0, dimension)
+    grid = rotated(lower, upper, spacing, angle, **options)
+    turn = rotation(angle, options.get("axis", (0.0, 0.0, 1.0)))[:dimension, :dimension]
+    corner = np.array(list(np.ndindex(*(2,) * dimension))) * upper
+    places = np.vstack([corner, rng.uniform(lower, upper, (60, dimension))])
+    apart = np.abs((places[:, None] - grid.points()) @ turn.T).max(axis=2)
+    assert apart.min(axis=1).max() <= spacing / 2 + 1e-12
+    # it is a lattice with this spacing and direction, around the middle of the box
+    steps = (grid.points() - grid.points()[0]) @ turn.T / spacing
+    assert np.allclose(steps, np.rint(steps), atol=1e-10)
+    assert grid.spacing == spacing
+    assert np.allclose(grid.measures(), spacing**dimension, rtol=1e-14)
+
+
+def test_turned_by_a_right_angle_about_an_axis():
+    grid = rotated((0, 0, 0), (1.0, 2.0, 3.0), 1.0, np.pi / 2, axis=(1, 0, 0), center=(0.5, 1.0, 1.5))
+    # one cell along y and two along z stick out on both sides of the box: the lattice was laid for the straight box
+    assert len(np.unique(np.round(grid.points()[:, 0], 9))) == 1
+    assert np.allclose(sorted(set(np.round(grid.points()[:, 1], 9))), [0.0, 1.0, 2.0])
+    assert grid.lattice(np.ones(len(grid), bool)) is None
+
+
+def test_a_turned_grid_is_symmetric_to_its_center():
+    points = rotated((-1.0, -1.0), (1.0, 1.0), 0.3, 0.4).points()
+    assert {tuple(row) for row in (-points).tolist()} == {tuple(row) for row in points.tolist()}
+
+
+def test_repr_of_a_turned_grid_can_be_typed_back():
+    for grid in (
+        rotated((0, 0), (1, 1), 0.5, 0.3),
+        rotated((0, 0, 0), (1, 1, 1), 0.5, 0.3, axis=(1, 1, 0), center=(0, 0, 0)),
+    ):
+        again = eval(repr(grid))
+        assert repr(again) == repr(grid)
+        assert np.array_equal(again.points(), grid.points())
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -118,6 +187,12 @@ def test_grids_are_immutable_values():
         (lambda: uniform(0.0, 1.0, 5e-324), r"is too small"),
         (lambda: Grid(0.1, (2, 2), np.zeros(3)), r"shape = \(2, 2\) has 2 axes, center = .* has 3"),
         (lambda: Grid(0.1, (2, 0), np.zeros(2)), r"shape\[1\] = 0 is no number of cells"),
+        (lambda: rotated(0.0, 1.0, 0.1, 0.3), r"a grid in 1-D has no axis to turn about: use uniform"),
+        (lambda: rotated((0, 0), (1, 1), 0.1, 0.3, axis=(0, 0, 1)), r"a grid in 2-D has no axis .*: leave axis out"),
+        (lambda: rotated((0, 0, 0), (1, 1, 1), 0.1, 0.3, axis=(0, 0, 0)), r"axis = .* has no length; give a vector"),
+        (lambda: rotated((0, 0), (1, 1), 0.1, 0.3, center=(0, 0, 0)), r"center = .* has 3 components; give 2, as the"),
+        (lambda: rotated((0, 0), (1, 1), 0.1, np.nan), r"angle = nan is not finite"),
+        (lambda: rotated((0, 0), (1, 0), 0.1, 0.3), r"the box is empty"),
         (lambda: Grid(0.1, (2.5,), np.zeros(1)), r"shape\[0\] = 2.5 is no number of cells"),
     ],
 )

@@ -1,0 +1,39 @@
+"""Which points are near each other: pairs of nodes, of two clouds or within one."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from rbs_core.part.storage import TOLERANCE
+
+Points = NDArray[np.float64]
+Pairs = NDArray[np.int64]
+
+
+def pairs_between(one: Points, two: Points, horizon: float) -> Pairs:
+    """(k, 2) which of some points are within a distance of which others, ordered by the first and the second."""
+    reach = horizon * (1 + TOLERANCE)
+    first = _inside(one, two, reach)
+    second = _inside(two, one[first], reach) if len(first) else first
+    if not len(first) or not len(second):
+        return np.empty((0, 2), np.int64)
+    close = cKDTree(one[first]).sparse_distance_matrix(cKDTree(two[second]), reach, output_type="ndarray")
+    return ordered(np.stack([first[close["i"]], second[close["j"]]], axis=1))
+
+
+def pairs_among(points: Points, horizon: float) -> Pairs:
+    """(k, 2) which points are within a distance of each other, the lower number first, ordered."""
+    return ordered(cKDTree(points).query_pairs(horizon * (1 + TOLERANCE), output_type="ndarray"))
+
+
+def ordered(pairs: NDArray[np.integer]) -> Pairs:
+    """The pairs by their first and then by their second."""
+    return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))].astype(np.int64)
+
+
+def _inside(points: Points, others: Points, reach: float) -> NDArray[np.int64]:
+    """Indices of the points in the box around others, widened."""
+    low, high = others.min(axis=0) - reach, others.max(axis=0) + reach
+    return np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))
