@@ -67,27 +67,31 @@ class NeighborhoodExporter(FrameExporter):
         chosen[nodes] = 1
         neighbors = [np.asarray(bonds.neighbors(int(node)), np.int64) for node in nodes]
         ends = np.stack([np.repeat(nodes, sizes[nodes]), np.concatenate(neighbors)], axis=1)
-        holds = np.concatenate([np.asarray(self[intact][bonds.family(int(node))], np.uint8) for node in nodes])
+        # a lattice unpacks the bits of all bonds to show whether they hold: once, and only if some do not
+        held = self[intact] if bonds.has_broken else None
+        holds = np.ones(len(ends), np.uint8)
+        if held is not None:
+            holds = np.concatenate([np.asarray(held[bonds.family(int(node))], np.uint8) for node in nodes])
         grid = vtu.Grid(
             points,
             vtu.cells(len(points), ends),
             {
                 "family_size": sizes,
                 "missing_neighbors": sizes.max() - sizes,
-                "broken_bonds": self._broken(sizes),
+                "broken_bonds": _broken(sizes, held),
                 "chosen": chosen,
             },
             {**bond_data(len(points), ends, points), "intact": np.concatenate([np.ones(len(points), np.uint8), holds])},
         )
         vtu.write_grid(Path(file), grid)
 
-    def _broken(self, sizes: NDArray[np.int64]) -> NDArray[np.int64]:
-        """(n,) number of broken bonds of each node."""
-        if not self.part.bonds.has_broken:
-            return np.zeros(len(sizes), np.int64)
-        ends = np.cumsum(sizes)
-        broken = np.concatenate([[0], np.cumsum(self[intact] == 0)])
-        return np.asarray(broken[ends] - broken[ends - sizes])
+
+def _broken(sizes: NDArray[np.int64], held: NDArray[Any] | None) -> NDArray[np.int64]:
+    """(n,) number of broken bonds of each node, from the sizes of families and which bonds hold; all, if None."""
+    if held is None:
+        return np.zeros(len(sizes), np.int64)
+    nodes = np.searchsorted(np.cumsum(sizes), np.flatnonzero(held == 0), side="right")
+    return np.bincount(nodes, minlength=len(sizes))
 
 
 def bond_data(count: int, ends: NDArray[np.int64], points: NDArray[np.float64]) -> dict[str, NDArray[Any]]:

@@ -82,7 +82,7 @@ def test_given_colors(tmp_path, monkeypatch):
     found = sketches(monkeypatch)
     scene(tmp_path, 2, limits=(0.0, 9.0), field=displacement, component="x", scale=2.0)[1].run(progress=False)
     assert [sketch.limits for sketch in found] == [(0.0, 9.0)] * 2
-    assert found[1].title == "displacement x [m]"
+    assert found[1].title == "displacement x\n[m]"
     assert found[1].high[0] == pytest.approx(0.95 * 1.4)
 
 
