@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from rbs_core import BadInput, CoordinateSystem, Exporter, Field, Part, Trigger, convert, world
 from rbs_core.files import writable_folder
-from rbs_core.space import Mapping
 from rbs_core.trigger import Clock
 from rbs_plugins.exporters.names import fields_of
 from rbs_plugins.fields import displacement, reference_position, volume
@@ -173,13 +172,13 @@ class FrameExporter(NodeExporter):
         self.frames = [(float(time), str(name)) for time, name in state["frames"]]
 
 
-def mappings(system: CoordinateSystem) -> tuple[Mapping | None, ...]:
-    """What leads from a coordinate system to its root, step by step: other objects whenever one of them moves."""
+def systems(system: CoordinateSystem) -> list[CoordinateSystem]:
+    """A coordinate system and those above it, without the root: whichever of them moves, all of its points do."""
     found = []
     while system.parent is not None:
-        found.append(system.mapping)
+        found.append(system)
         system = system.parent
-    return tuple(found)
+    return found
 
 
 def three(array: NDArray[Any], room: Room | None = None) -> NDArray[Any]:

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbs_core import BadInput, Clock, Field, Part, Trigger, always
+from rbs_plugins.boundary.motion import SolidMotion
 from rbs_plugins.exporters import series
-from rbs_plugins.exporters.frames import RADIUS, NodeExporter, Room, mappings
+from rbs_plugins.exporters.frames import RADIUS, NodeExporter, Room, systems
 from rbs_plugins.exporters.one_file import PRECISIONS, OneFileExporter, in_words
 
 COMPRESSIONS = (None, "gzip")  # what every HDF5 can read, thus every viewer
@@ -37,8 +38,8 @@ class VTKHDFExporter(OneFileExporter, NodeExporter):
 
     Raises:
         BadInput: as other exporters of nodes; on an unknown precision or compression; at the start of a resumed run, if
-            the file is not the one that the run has written; at the first frame in another place of a part whose
-            coordinate system moves, for points that are stored once.
+            the file is not the one that the run has written; for points that are stored once of a part that some
+            relation moves as a whole.
 
     The file is closed after every frame, so it can be copied or looked at while the run goes on. A process that is
     killed leaves all complete frames readable, whenever that happens but for microseconds in every 4096th frame. There
@@ -71,6 +72,11 @@ class VTKHDFExporter(OneFileExporter, NodeExporter):
         self._place: tuple[Any, ...] = ()  # how the coordinate system lay in the world when it was last compared
 
     def attach(self) -> None:
+        above = systems(self.part.system)
+        if self.configuration == "reference" and any(
+            isinstance(each, SolidMotion) and each.system in above for each in self._scene
+        ):
+            raise BadInput(self._moves())
         super().attach()
         self._room, self._place = {}, ()
 
@@ -85,20 +91,23 @@ class VTKHDFExporter(OneFileExporter, NodeExporter):
         series.append(file, times, self._arrays())
 
     def _check_place(self, file: Any) -> None:
-        """Looks whether points that are stored once are still where they were, if the coordinate system has moved.
+        """Looks whether points that are stored once are still where they were, whoever has moved the coordinate system.
 
         Raises:
             BadInput: if they are not.
         """
-        now = mappings(self.part.system)
+        now = tuple(system.mapping for system in systems(self.part.system))
         if now == self._place:
             return
         if not np.array_equal(file["VTKHDF/Points"][:], self.positions()):
-            raise BadInput(
-                f"{self.label}: the coordinate system of the part moves, and configuration='reference' stores its "
-                "points once: take configuration='current'"
-            )
+            raise BadInput(self._moves())
         self._place = now
+
+    def _moves(self) -> str:
+        return (
+            f"{self.label}: the coordinate system of the part moves, and configuration='reference' stores its points "
+            "once: take configuration='current'"
+        )
 
     def _still(self) -> Iterator[tuple[str, NDArray[Any]]]:
         """What is the same in all frames, by the names of the file."""

@@ -8,7 +8,7 @@ import pyvista
 
 import rbs_core as rbs
 from rbs_core import BadInput
-from rbs_plugins import VTKHDFExporter
+from rbs_plugins import Translation, VTKHDFExporter
 from rbs_plugins.exporters import growing
 from rbs_plugins.fields import displacement, kinetic_energy
 from tests.unit.plugins.exporters.moving import Carry, Move, carried, contents, reading, scene, stress
@@ -183,7 +183,18 @@ def test_a_part_whose_system_moves_is_where_it_is_at_the_frame(tmp_path):
         np.testing.assert_allclose(found["VTKHDF/Points"][rows], points + moved, atol=1e-15)
 
 
-def test_points_that_are_stored_once_must_not_move(tmp_path):
+def test_points_of_a_part_in_motion_are_not_stored_once(tmp_path):
+    part, _ = carried()
+    for system in (None, part.system):
+        move = Translation(part, velocity=(1.0, 0.0), system=system)
+        analysis = rbs.Analysis([move, VTKHDFExporter(part, (), tmp_path / "frames")])
+        with pytest.raises(BadInput, match=r"the coordinate system of the part moves.*: take configuration='current'"):
+            analysis.prepare()
+    other = rbs.Part("other", rbs.Box(size=(2.0, 1.0))).discretize(1.0)
+    rbs.Analysis([move, VTKHDFExporter(other, (), tmp_path / "other")]).prepare()
+
+
+def test_whoever_moves_them_is_found_out(tmp_path):
     part, _ = carried()
     exporter = VTKHDFExporter(part, [displacement], tmp_path / "frames", when=rbs.every(4))
     analysis = rbs.Analysis([Carry(part), exporter])
