@@ -8,23 +8,25 @@ The file, in HDF5:
         parts/<name>              attribute dimension
             position              (n, d) reference positions, m
             volume                (n,) m^3
+            placement             (frames, 4, 3) origin, m, and axes of its coordinate system in the world
             fields/<name>         (frames, n), (frames, n, d), (frames, n, d, d), or without n for numbers of the part;
                                   attributes at, shape, unit, symbol, doc
 
-Everything is in the coordinates of its part. A frame counts when the attribute `frames` says so, and that is written
-last.
+Fields and positions are in the coordinates of their part. A frame counts when the attribute `frames` says so, and that
+is written last.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rbs_core import BadInput, Clock, Field, Part, Trigger, always
+from rbs_core import BadInput, Clock, Field, Part, Trigger, always, convert, world
 from rbs_core.files import writable_folder, written_whole
 from rbs_plugins.exporters import growing
 from rbs_plugins.exporters.names import field_of, listed
@@ -121,6 +123,17 @@ class HDF5Exporter(OneFileExporter):
         for part, field in self.fields:
             yield f"parts/{part.name}/fields/{field.name}", self._stored(self[part, field])[None]
 
+    def _placements(self) -> Iterator[tuple[str, NDArray[Any]]]:
+        """Where the coordinate systems of the parts are, with one entry along the first axis, by its place."""
+        for part in self.written:
+            corners = convert(np.vstack([np.zeros(3), np.eye(3)]), part.system, world)
+            corners[1:] -= corners[0]
+            yield f"parts/{part.name}/placement", corners[None]
+
+    def _places(self) -> list[str]:
+        """Of all that belongs to a frame."""
+        return [place for place, _ in chain(self._placements(), self._arrays())]
+
     def _make(self, path: Path) -> None:
         with growing.begun(path) as file:
             file.attrs.update({"format": FORMAT, "version": VERSION, "frames": np.int64(0)})
@@ -130,6 +143,8 @@ class HDF5Exporter(OneFileExporter):
                 file.create_group(f"parts/{part.name}/fields").parent.attrs["dimension"] = part.dimension
             for place, values in self._still():
                 file.create_dataset(place, data=values, shuffle=bool(self.compression), compression=self.compression)
+            for place, values in self._placements():
+                growing.frames(file, place, values, None)
             for (place, values), (_, field) in zip(self._arrays(), self.fields, strict=True):
                 how = self.compression if field.at == "node" else None
                 data = growing.frames(file, place, values, how, ROWS)
@@ -137,7 +152,7 @@ class HDF5Exporter(OneFileExporter):
                 data.attrs.update(told)
 
     def _append(self, file: Any, times: list[float], clock: Clock) -> None:
-        self._write(file, times, clock.step, self._arrays())
+        self._write(file, times, clock.step, chain(self._placements(), self._arrays()))
 
     def _write(self, file: Any, times: list[float], step: int, arrays: Iterable[tuple[str, NDArray[Any]]]) -> None:
         frame = len(times) - 1
@@ -154,7 +169,7 @@ class HDF5Exporter(OneFileExporter):
     def _cut(self, file: Any, count: int) -> None:
         file.attrs.modify("frames", np.int64(count))
         file.flush()
-        for place in ["time", "step", *(place for place, _ in self._arrays())]:
+        for place in ["time", "step", *self._places()]:
             growing.resized(file, place, count)
 
     def _save(self, times: list[float]) -> None:
@@ -162,7 +177,7 @@ class HDF5Exporter(OneFileExporter):
 
         with written_whole(self.path) as partial, h5py.File(self.path, "r", locking=False) as old:
             self._make(partial)
-            places = [place for place, _ in self._arrays()]
+            places = self._places()
             with growing.opened(partial) as new:
                 for place, _ in self._still():
                     new[place][...] = old[place][...]

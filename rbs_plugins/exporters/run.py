@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from rbs_core import BadInput, Field
 from rbs_plugins.exporters.hdf5 import FORMAT, VERSION
@@ -131,6 +131,26 @@ class RecordedPart:
     def volumes(self) -> NDArray[np.float64]:
         """(n,) volumes of the nodes at the first frame, m^3."""
         return self.run.read(f"parts/{self.name}/volume")
+
+    def in_world(self, points: ArrayLike, frame: int = -1) -> NDArray[np.float64]:
+        """Points of the part in coordinates of the world: its coordinate system may lie anywhere, and move.
+
+        Args:
+            points: (n, d) m, in coordinates of the part, such as `positions` or those and a displacement.
+            frame: at which frame, the last one if not given.
+
+        Returns:
+            (n, 3) m.
+
+        Raises:
+            BadInput: on points of another dimension.
+            IndexError: on a frame that is not there.
+        """
+        places = np.asarray(points, np.float64)
+        if places.ndim != 2 or places.shape[1] != self.dimension:
+            raise BadInput(f"part '{self.name}': points must have the shape (n, {self.dimension}), got {places.shape}")
+        origin, *axes = self.run.read(f"parts/{self.name}/placement")[: len(self.run)][frame]
+        return np.asarray(places @ np.array(axes)[: self.dimension] + origin)
 
     def to_xarray(self, *names: str) -> Any:
         """An xarray.Dataset with these fields, or all: read as a whole, with dimensions time, node, axis, column.

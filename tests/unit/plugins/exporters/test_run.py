@@ -10,8 +10,9 @@ import pytest
 
 import rbs_core as rbs
 from rbs_core import BadInput
-from rbs_plugins import HDF5Exporter, read_run
+from rbs_plugins import HDF5Exporter, Rotation, Translation, read_run
 from rbs_plugins.fields import damage, displacement, kinetic_energy
+from tests.unit.plugins.exporters.moving import Carry, carried
 
 stress = rbs.Field("stress", "node", "tensor", "Pa", "σ", "A test.")
 
@@ -166,6 +167,45 @@ def test_a_run_can_go_on_while_it_is_looked_at(tmp_path):
     assert len(run) == 2
     assert np.array_equal(run["plate"]["damage"][0], first)
     assert len(read_run(tmp_path / "run.h5")) == 4
+
+
+def test_points_in_the_world_follow_the_coordinate_system(tmp_path):
+    part, places = carried()
+    exporter = HDF5Exporter(part, [displacement], tmp_path / "run")
+    rbs.Analysis([Carry(part), exporter]).run(steps=3, dt=1.0, progress=False)
+    plate = read_run(tmp_path / "run.h5")["plate"]
+    for frame in range(3):
+        points, moved = places(frame + 1)
+        np.testing.assert_allclose(plate.in_world(plate.positions, frame), points, atol=1e-15)
+        current = plate.positions + plate["displacement"][frame]
+        np.testing.assert_allclose(plate.in_world(current, frame - 3), points + moved, atol=1e-15)
+    with pytest.raises(BadInput, match=r"points must have the shape \(n, 2\), got \(2, 3\)"):
+        plate.in_world(np.zeros((2, 3)))
+    with pytest.raises(IndexError):
+        plate.in_world(plate.positions, 3)
+
+
+def test_they_are_continued_by_a_resumed_run(tmp_path):
+    def scene(folder, steps):
+        part = rbs.Part("tool", rbs.Box(size=(2.0, 1.0)), system=rbs.world.child("tool")).discretize(1.0)
+        relations = [
+            Rotation(part, velocity=0.3),
+            Translation(part, velocity=(1.0, 0.1)),
+            HDF5Exporter(part, (), folder / "run"),
+            rbs.Checkpoint(folder / "save.npz", when=rbs.every(2)),
+        ]
+        return rbs.Analysis(relations, dt=0.5, steps=steps)
+
+    (tmp_path / "whole").mkdir()
+    (tmp_path / "parts").mkdir()
+    scene(tmp_path / "whole", 5).run(progress=False)
+    scene(tmp_path / "parts", 3).run(progress=False)
+    scene(tmp_path / "parts", 5).run(progress=False, resume=tmp_path / "parts" / "save.npz")
+    tools = [read_run(tmp_path / folder / "run.h5")["tool"] for folder in ("whole", "parts")]
+    for frame in range(5):
+        one, two = (tool.in_world(tool.positions, frame) for tool in tools)
+        assert np.array_equal(one, two)
+        assert np.linalg.norm(one[1] - one[0]) == pytest.approx(1.0)
 
 
 def test_what_is_missing_is_named_with_what_is_near(made, tmp_path):
