@@ -12,7 +12,7 @@ from rbs_core.errors import BadInput, MissingField
 from rbs_core.fields import Field, FieldStore, volume
 from rbs_core.geometry import Geometry
 from rbs_core.part.discretized import Discretized
-from rbs_core.part.families import families
+from rbs_core.part.families import Predicate, families, left_out
 from rbs_core.part.neighborhoods import Bonds
 from rbs_core.part.rigid import rigid
 from rbs_core.part.storage import TOLERANCE
@@ -87,7 +87,7 @@ class Part(Discretized):
 
     # -- bonds ------------------------------------------------------------------------------------------------------
 
-    def connect(self, horizon: float, *, storage: str | None = None) -> Self:
+    def connect(self, horizon: float, *, storage: str | None = None, where: Predicate | None = None) -> Self:
         """Searches the families: every node is bonded to all others within the horizon.
 
         Args:
@@ -95,10 +95,13 @@ class Part(Discretized):
             storage: "list" (a row of neighbors for each node), "lattice" (one bit per bond, for nodes on a regular
                 grid: several times faster and smaller), or None: a lattice where the nodes fill enough of a grid, as
                 long as no relation of the scene needs a list.
+            where: leaves out bonds for which this function of their starts and ends, (m, d) in local coordinates, is
+                not True; it must say the same of both directions of a bond.
 
         Raises:
             BadInput: if the horizon is not positive, or below the spacing so that nobody has a neighbor; on an unknown
-                storage, or a lattice for nodes that are not on a grid.
+                storage, or a lattice for nodes that are not on a grid; if `where` does not return one truth value per
+                bond, or not the same for the way back.
 
         Warns:
             UserWarning: with number and first positions, if some nodes have no neighbor.
@@ -112,6 +115,8 @@ class Part(Discretized):
                 "would have no neighbors: a horizon of about 3 spacings is usual"
             )
         stored = families(self.name, positions, (self.grid, self._cells), float(horizon), storage, self._real)
+        if where is not None:
+            stored.remove(left_out(self.name, where), np.ones(len(positions), np.bool_))
         positions.flags.writeable = False  # the bonds hold lengths that were measured here
         self._made = (self._made[0], self._made[1] + 1)
         self._bonds = Bonds(self.name, positions, float(horizon), stored, chosen=storage is not None)
