@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from rbs_core.errors import BadInput, MissingField
 from rbs_core.fields import Field, FieldStore, volume
-from rbs_core.geometry import Geometry
+from rbs_core.geometry import Everywhere, Geometry
 from rbs_core.part.discretized import Discretized
 from rbs_core.part.families import Predicate, families, left_out
+from rbs_core.part.mesh import placed
 from rbs_core.part.neighborhoods import Bonds
 from rbs_core.part.rigid import rigid
 from rbs_core.part.storage import TOLERANCE
@@ -72,6 +74,101 @@ class Part(Discretized):
         self._nodes: FieldStore | None = None
         self._sets: dict[str, NDArray[np.int64]] = {}
         self._values = FieldStore(f"part '{name}'", "part", None, dimension)
+
+    @classmethod
+    def from_points(
+        cls,
+        name: str,
+        points: ArrayLike,
+        volumes: ArrayLike,
+        *,
+        spacing: float | None = None,
+        thickness: float | None = None,
+        area: float | None = None,
+        system: CoordinateSystem | None = None,
+        precision: str = "double",
+    ) -> Self:
+        """A part of nodes from elsewhere.
+
+        Args:
+            name: of the part.
+            points: (n, d) positions in local coordinates, m; d is the dimension. (n,) for a 1-D part.
+            volumes: (n,) or one number, m^3, with the thickness (2-D) or area (1-D) in it.
+            spacing: typical distance of nodes, m, for whatever needs one.
+            thickness: of a 2-D part, m (1 m if not given).
+            area: cross-section of a 1-D part, m^2 (1 m^2 if not given).
+            system: as of every part.
+            precision: as of every part.
+
+        Raises:
+            BadInput: on a wrong shape, a number that is not finite, or a volume that is not positive.
+        """
+        positions = np.asarray(points)
+        if positions.ndim not in (1, 2) or (positions.ndim == 2 and positions.shape[1] not in (1, 2, 3)):
+            raise BadInput(f"part '{name}': points must be (n, d) with d = 1, 2 or 3, got {positions.shape}")
+        dimension = 1 if positions.ndim == 1 else positions.shape[1]
+        part = cls(name, Everywhere(), system=system, dimension=dimension, precision=precision)
+        return part.place(points, volumes, spacing=spacing, thickness=thickness, area=area)
+
+    @classmethod
+    def from_mesh(
+        cls,
+        name: str,
+        mesh: Any,
+        *,
+        only: str | Sequence[str] | None = None,
+        scale: float = 1.0,
+        thickness: float | None = None,
+        area: float | None = None,
+        spacing: float | None = None,
+        reorient: bool = False,
+        file_format: str | None = None,
+        system: CoordinateSystem | None = None,
+        precision: str = "double",
+    ) -> Self:
+        """A part with a node for each cell of a mesh: at its centroid, with its volume.
+
+        Args:
+            name: of the part.
+            mesh: path of a file that meshio reads (Abaqus, gmsh, Exodus, VTK and others), or a meshio.Mesh.
+            only: name of a set, or several: nodes are the cells in one of them.
+            scale: length of one unit of the mesh, m, e.g. 1e-3 for millimetres.
+            thickness: of a 2-D part, m (1 m if not given).
+            area: cross-section of a 1-D part, m^2 (1 m^2 if not given).
+            spacing: typical distance of nodes, m; the mean size of the cells if not given, or None where the largest is
+                more than 1.5 times as wide as the smallest.
+            reorient: take cells that are turned inside out (negative volume) as if they were not.
+            file_format: as meshio calls it; from the name of the file if not given.
+            system: as of every part; its coordinates are those of the mesh.
+            precision: as of every part.
+
+        The dimension is the highest one of cells: triangles make a 2-D part, if they lie in a plane of constant z.
+        Cells of second order count as their corners. Points that no cell uses, and cells that are there twice, are left
+        out. Sets keep their names, as `node_sets`: those of cells; those of lower cells, such as boundaries, as the
+        cells that have one of these as a side, edge or corner; those of points as the cells with a whole side among
+        them, or with any of the points if there is no such side.
+
+        Raises:
+            BadInput: if the file is not there or cannot be read, if cells have no volume or a negative one (named with
+                their points), are of an unknown kind or form a shell in space, or if `only` does not exist (with the
+                nearest names).
+
+        Warns:
+            UserWarning: with what meshio has to say, and the names of sets in which there is no cell.
+        """
+        owner = f"part '{name}'"
+        found = placed(owner, mesh, only=only, scale=scale, file_format=file_format, reorient=reorient)
+        part = cls(name, Everywhere(), system=system, dimension=found.dimension, precision=precision)
+        across = part._across(thickness, area)
+        part.place(
+            found.positions, found.measures * across, thickness=thickness, area=area,
+            spacing=found.spacing if spacing is None else spacing,
+        )  # fmt: skip
+        for each, nodes in found.sets.items():
+            part.node_sets[each] = nodes
+        if found.unknown:
+            warnings.warn(f"{owner}: no cell is in {', '.join(found.unknown)}: left out", stacklevel=2)
+        return part
 
     def __repr__(self) -> str:
         nodes = "not discretized" if self._nodes is None else f"{len(self)} nodes"
