@@ -117,11 +117,11 @@ class _Cells:
             count, corners = block.corners.shape
             table[begin : begin + count, :corners] = np.sort(block.corners, axis=1)
             begin += count
-        _, first, same = np.unique(table, axis=0, return_index=True, return_inverse=True)
-        order = np.argsort(first)
-        rank = np.empty(len(order), np.int64)
-        rank[order] = np.arange(len(order))
-        return first[order], rank[same.ravel()]
+        order = np.lexsort(table.T)  # keeps the order of equal rows; np.unique takes many times as long
+        new = np.concatenate([[True], (table[order[1:]] != table[order[:-1]]).any(axis=1)])
+        first = np.empty(len(table), np.int64)
+        first[order] = order[new][np.cumsum(new) - 1]
+        return np.unique(first, return_inverse=True)
 
     def _corners(self, nodes: Numbers) -> Iterator[tuple[Block, slice, Numbers]]:
         """(block, which of the nodes come from it, their corners)."""
