@@ -170,9 +170,16 @@ class PairwiseForce(BondRelation):
 
     def attach(self) -> None:
         self._check_record()
-        cell = self.uniform(volume)
-        recording = self._recording
-        recipe = Recipe(
+        recipe = self.recipe()
+        last = getattr(self, "_loops", None)
+        felt = {"out": force_density, **({"dissipation": dissipation_density} if recipe.dissipation else {})}
+        self._loops = self.make_loops(recipe, felt, self._active)
+        if self._called and last is not None and last.position.shape == self._loops.position.shape:
+            self._loops.position[...] = last.position  # a run that goes on in the same process
+
+    def recipe(self) -> Recipe:
+        """What the loops compute."""
+        return Recipe(
             law=self._law,
             law_arguments=self._law_arguments,
             criterion=None if self._fracture is None else self._fracture.function,
@@ -182,16 +189,11 @@ class PairwiseForce(BondRelation):
             intact=self._fracture is not None or self.may_have_broken,
             breakable=self._zoned,
             fraction=self._fraction,
-            uniform=cell is not None,
-            dissipation=recording,
+            uniform=self.uniform(volume) is not None,
+            dissipation=self._recording,
             late=self._fracture is not None and self._fracture.release == "next step",
             **self.processor(),
         )
-        last = getattr(self, "_loops", None)
-        felt = {"out": force_density, **({"dissipation": dissipation_density} if recording else {})}
-        self._loops = self.make_loops(recipe, felt, 1.0 if cell is None else cell, self._active)
-        if self._called and last is not None and last.position.shape == self._loops.position.shape:
-            self._loops.position[...] = last.position  # a run that goes on in the same process
 
     def _check_record(self) -> None:
         """Whether the energy of failing bonds can be recorded at all.
