@@ -143,7 +143,7 @@ def test_links_and_paths_lead_somewhere(page):
 def test_every_page_can_be_reached():
     pages = (ROOT / "README.md", DOCS / "README.md")
     reached = {(page.parent / target.split("#")[0]).resolve() for page in pages for target in links(page)}
-    lost = [name_of(page) for page in PAGES[1:] if page not in reached]
+    lost = [name_of(page) for page in PAGES[1:] if page not in reached and page.name != "index.md"]
     assert not lost, f"neither README.md nor docs/README.md links {lost}"
 
 
