@@ -11,6 +11,7 @@ import rbs_core as rbs
 from rbs_plugins import fields
 from rbs_plugins.boundary.contact import ShortRangeRepulsion
 from rbs_plugins.boundary.domain import BoundaryDomain
+from rbs_plugins.boundary.motion import Rotation, Translation
 from rbs_plugins.boundary.search import Search
 from rbs_plugins.constitutive.bond_based import BondBased
 from rbs_plugins.constitutive.fracture import Criterion, CriticalStretch, Damage
@@ -35,10 +36,12 @@ __all__ = [
     "KineticEnergy",
     "PairwiseForce",
     "PictureExporter",
+    "Rotation",
     "Search",
     "ShortRangeRepulsion",
     "StrainEnergy",
     "SymplecticEuler",
+    "Translation",
     "VTKExporter",
     "VTKHDFExporter",
     "VelocityVerlet",
@@ -51,8 +54,9 @@ __all__ = [
 def rbs_relations() -> Iterable[type[rbs.Relation]]:
     """The built-in relations."""
     return [
-        PairwiseForce, BondBased, ShortRangeRepulsion, Search, Damage, Kick, Drift, BoundaryDomain, KineticEnergy,
-        StrainEnergy, FractureDissipation, VTKExporter, VTKHDFExporter, CSVExporter, PictureExporter,
+        PairwiseForce, BondBased, ShortRangeRepulsion, Search, Damage, Kick, Drift, BoundaryDomain, Translation,
+        Rotation, KineticEnergy, StrainEnergy, FractureDissipation, VTKExporter, VTKHDFExporter, CSVExporter,
+        PictureExporter,
     ]  # fmt: skip
 
 

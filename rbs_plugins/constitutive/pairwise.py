@@ -157,6 +157,11 @@ class PairwiseForce(BondRelation):
     def _zoned(self) -> bool:
         return self._fracture is not None and self._fracture.within is not None
 
+    @property
+    def _recording(self) -> bool:
+        """True if somebody wants to know the energy of the bonds that fail here."""
+        return self._fracture is not None and any(self.wants((end, dissipation_density)) for end in self.ends)
+
     def critical_stretch(self, fracture_energy: float) -> float:
         """Critical stretch for a fracture energy G0, J/m^2; only models with known constants can tell."""
         raise BadInput(f"{self.label} does not know how the fracture energy gives a critical stretch: give s0 instead")
@@ -166,7 +171,7 @@ class PairwiseForce(BondRelation):
     def attach(self) -> None:
         self._check_record()
         cell = self.uniform(volume)
-        recording = any(self.wants((end, dissipation_density)) for end in self.ends)
+        recording = self._recording
         recipe = Recipe(
             law=self._law,
             law_arguments=self._law_arguments,
@@ -195,10 +200,15 @@ class PairwiseForce(BondRelation):
             BadInput: if the force pauses, or another force of the part may see the same bond fail.
         """
         wanted = [end for end in self.ends if self.wants((end, dissipation_density))]
-        if not wanted:
+        if not self._recording:
             return
         if self.when != always:
             raise BadInput(f"{self.label}: the energy of failing bonds can only be recorded in every step")
+        if self.host.searched_again:
+            raise BadInput(
+                f"{self.label}: the energy of failing bonds is not known where bonds are searched again during a run: "
+                "leave FractureDissipation out"
+            )
         if len(wanted) < len(self.ends):
             raise BadInput(
                 f"{self.label}: the energy of failing bonds belongs to both parts, and only that of '{wanted[0].name}' "
@@ -221,8 +231,7 @@ class PairwiseForce(BondRelation):
 
     def state(self) -> dict[str, Any]:
         """The positions of the last force, where the energy of failing bonds is recorded from them."""
-        recording = self._called and any(self.wants((end, dissipation_density)) for end in self.ends)
-        return {"position": self._loops.position} if recording else {}
+        return {"position": self._loops.position} if self._called and self._recording else {}
 
     def restore(self, state: dict[str, Any]) -> None:
         if "position" in state:
@@ -242,8 +251,7 @@ class PairwiseForce(BondRelation):
 
     def batch_key(self) -> Hashable:
         small = len(self.host) < BATCH_BELOW and not self.host.searched_again
-        small = small and not any(self.wants((end, dissipation_density)) for end in self.ends)
-        return (type(self._loops), self._loops.kind) if small else None
+        return (type(self._loops), self._loops.kind) if small and not self._recording else None
 
     def batch(self, relations: Sequence[Relation]) -> Callable[[Clock], None]:
         forces = [each for each in relations if isinstance(each, PairwiseForce)]
