@@ -19,7 +19,18 @@ from rbs_core import hookspecs
 from rbs_core.command import _parser, main
 from rbs_core.plugins import Registry
 from rbs_core.testing import isolated_registry
-from tests.documents.pages import PAGES, ROOT, Block, blocks, commands, leads_somewhere, links, name_of, paths
+from tests.documents.pages import (
+    PAGES,
+    ROOT,
+    Block,
+    blocks,
+    commands,
+    leads_somewhere,
+    links,
+    name_of,
+    paths,
+    pictures,
+)
 
 DOCS = ROOT / "docs"
 CHECKER = doctest.OutputChecker()
@@ -138,6 +149,13 @@ def test_links_and_paths_lead_somewhere(page):
     missing = [target for target in links(page) if not leads_somewhere(page, target)]
     missing += [target for target in paths(page) if not (ROOT / target).exists()]
     assert not missing, f"{name_of(page)} names {missing}, which do not exist"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_pictures_are_small(page):
+    sizes = {picture.name: picture.stat().st_size for picture in pictures(page)}
+    large = {name: size for name, size in sizes.items() if size > 150_000}
+    assert not large, f"{name_of(page)} shows pictures of more than 150 kB: {large}"
 
 
 def test_every_page_can_be_reached():
