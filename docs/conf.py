@@ -36,7 +36,9 @@ autodoc_typehints_description_target = "documented"
 autodoc_member_order = "bysource"
 autodoc_preserve_defaults = True
 autodoc_inherit_docstrings = False  # what a class only overrides is described at its base
-autodoc_type_aliases = {"ArrayLike": "ArrayLike"}
+# Names of types that say more than what they stand for.
+ALIASES = ("ArrayLike", "BoolArray", "BoundsFunction", "Crossing", "FloatArray", "Function", "Predicate", "Region")
+autodoc_type_aliases = {name: name for name in ALIASES}
 python_use_unqualified_type_names = True
 napoleon_numpy_docstring = False
 napoleon_use_ivar = True
