@@ -14,7 +14,9 @@ from rbs_plugins.boundary.domain import BoundaryDomain
 from rbs_plugins.boundary.motion import Rotation, Translation
 from rbs_plugins.boundary.search import Search
 from rbs_plugins.constitutive.bond_based import BondBased
+from rbs_plugins.constitutive.dilatation import Dilatation
 from rbs_plugins.constitutive.fracture import Criterion, CriticalStretch, Damage
+from rbs_plugins.constitutive.ordinary import OrdinaryStateBased
 from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.exporters.picture import PictureExporter
 from rbs_plugins.exporters.table import CSVExporter, read_table
@@ -30,10 +32,12 @@ __all__ = [
     "Criterion",
     "CriticalStretch",
     "Damage",
+    "Dilatation",
     "Drift",
     "FractureDissipation",
     "Kick",
     "KineticEnergy",
+    "OrdinaryStateBased",
     "PairwiseForce",
     "PictureExporter",
     "Rotation",
@@ -54,7 +58,8 @@ __all__ = [
 def rbs_relations() -> Iterable[type[rbs.Relation]]:
     """The built-in relations."""
     return [
-        PairwiseForce, BondBased, ShortRangeRepulsion, Search, Damage, Kick, Drift, BoundaryDomain, Translation,
+        PairwiseForce, BondBased, OrdinaryStateBased,
+        Dilatation, ShortRangeRepulsion, Search, Damage, Kick, Drift, BoundaryDomain, Translation,
         Rotation, KineticEnergy, StrainEnergy, FractureDissipation, VTKExporter, VTKHDFExporter, CSVExporter,
         PictureExporter,
     ]  # fmt: skip

@@ -20,6 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbs_core import BadInput, BadLaw
+from rbs_core.part import Host
+from rbs_plugins.fields import influence as influence_field
 
 Influence = Callable[..., Any]
 _KNOWN = ("reference_length", "horizon", "spacing")
@@ -122,6 +124,33 @@ def influences(
             f"{values[bad[0]]}: it must be finite and not negative; take another function or horizon"
         )
     return np.asarray(values[place].reshape(lengths.shape))
+
+
+def set_influence(host: Host, influence: Influence | str, label: str) -> dict[str, float]:
+    """Sets the influence of the bonds of a part or connection.
+
+    Returns:
+        What to give laws that ask for `influence`: {"influence": 1.0} if it is constant; no field is set then.
+
+    Raises:
+        BadLaw, BadInput: as `influences`; also if the bonds have another influence already.
+    """
+    if influence_function(influence, label) is constant:
+        return {"influence": 1.0}
+    before = host.raw(influence_field).copy() if influence_field in host else None
+    horizon, spacing = host.bonds.horizon, host.spacing
+    host.bonds.tabulate(influence_field, lambda lengths: influences(influence, lengths, horizon, spacing, label))
+    if before is not None and not np.allclose(host.raw(influence_field), before, rtol=1e-12):
+        host.raw(influence_field)[...] = before
+        raise BadInput(f"{label}: '{host.name}' already has another influence function: use one for all its relations")
+    return {}
+
+
+def influence_at(
+    influence: Influence | str, horizon: float, spacing: float | None, label: str
+) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+    """The influence as a function of reference lengths alone."""
+    return lambda lengths: influences(influence, np.asarray(lengths, np.float64), horizon, spacing, label)
 
 
 def influence_function(influence: Influence | str, label: str) -> Influence:

@@ -13,7 +13,7 @@ from rbs_core.honesty import not_finite
 from rbs_core.part import Connection, Lattice
 from rbs_core.relation import Fields, Key
 from rbs_core.trigger import Clock
-from rbs_plugins.constitutive.bonded import BondRelation
+from rbs_plugins.constitutive.bonded import BondLoops, BondRelation
 from rbs_plugins.constitutive.corrections import set_partial_volume
 from rbs_plugins.constitutive.fracture import Criterion
 from rbs_plugins.fields import (
@@ -290,15 +290,20 @@ class PairwiseForce(BondRelation):
         """
         if not hasattr(self, "_loops"):
             raise BadInput(f"{self.label} is asked for its energy and is not in the list of relations: list it")
-        self._loops.prepare_energy(out)
+        self._energies = self.energy_loops()
+        self._energies.prepare_energy(out)
+
+    def energy_loops(self) -> BondLoops:
+        """The loops that energies are asked from."""
+        return self._loops
 
     def energy(self, out: NDArray[np.float64], part: Part | None = None) -> None:
         """Adds the strain energy density (J/m^3) of the present displacement to `out` (n,), of the nodes of a part."""
         time, dt = self._now
-        if isinstance(self._loops, JointLoops):
-            self._loops.energy(out, time, dt, self.ends.index(part or self.part))
+        if isinstance(self._energies, JointLoops):
+            self._energies.energy(out, time, dt, self.ends.index(part or self.part))
         else:
-            self._loops.energy(out, time, dt)
+            self._energies.energy(out, time, dt)
 
     def squared_frequencies(self) -> dict[Part, NDArray[np.float64]]:
         """Bound of the squared angular frequency at each node, 1/s^2: 2/ρ Σ |df/ds| β V / |ξ| at rest (Gershgorin).

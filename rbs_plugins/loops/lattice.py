@@ -71,7 +71,9 @@ class LatticeLoops:
         self._gather = self._gatherer(self._inputs["displacement"], self.position, self._moved)
         self._felt = np.zeros_like(self._moved)
         self._feel = [
-            self._gatherer(inputs[each][:, None], by_cell[each][None, :], self._felt) for each in still if each in copied
+            self._gatherer(inputs[each][:, None], by_cell[each][None, :], self._felt)
+            for each in still
+            if each in copied
         ]
         self._sum, self._finish = self._sweep(recipe.sums), self._finisher(self._inputs["out"])
         self._every: Sequence[LatticeLoops] = ()
