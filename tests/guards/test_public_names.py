@@ -66,16 +66,20 @@ KERNEL = [
 ]
 
 PLUGINS = [
+    "AnimationExporter",
     "BondBased",
     "BoundaryDomain",
     "CSVExporter",
+    "ConnectionExporter",
     "Criterion",
     "CriticalStretch",
     "Damage",
     "Drift",
     "FractureDissipation",
+    "HDF5Exporter",
     "Kick",
     "KineticEnergy",
+    "NeighborhoodExporter",
     "PairwiseForce",
     "PictureExporter",
     "Rotation",
@@ -83,12 +87,18 @@ PLUGINS = [
     "ShortRangeRepulsion",
     "StrainEnergy",
     "SymplecticEuler",
+    "TextExporter",
     "Translation",
     "VTKExporter",
     "VTKHDFExporter",
     "VelocityVerlet",
     "fields",
+    "largest",
+    "mean",
+    "read_run",
     "read_table",
+    "smallest",
+    "total",
 ]
 
 
