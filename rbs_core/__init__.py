@@ -10,6 +10,7 @@ import os as _os
 _os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 _os.environ.setdefault("GOMP_SPINCOUNT", "5000")
 
+from rbs_core import geometry
 from rbs_core.analysis import Analysis
 from rbs_core.checkpoint import Checkpoint
 from rbs_core.errors import (
@@ -27,15 +28,23 @@ from rbs_core.errors import (
 from rbs_core.fields import Field, intact, reference_position, volume
 from rbs_core.geometry import (
     Ball,
+    Bar,
     Box,
+    Cylinder,
+    Disk,
     Everywhere,
     Geometry,
     HalfSpace,
+    Line,
     Nowhere,
+    Plane,
     Point,
     Polygon,
+    Ray,
     Segment,
+    Slab,
     Surface,
+    SurfaceMesh,
     Where,
 )
 from rbs_core.hookspecs import hookimpl
@@ -54,6 +63,7 @@ __all__ = [
     "BadInput",
     "BadLaw",
     "Ball",
+    "Bar",
     "Bonds",
     "Boundary",
     "Box",
@@ -61,7 +71,9 @@ __all__ = [
     "Clock",
     "Constitutive",
     "CoordinateSystem",
+    "Cylinder",
     "DishonestRelation",
+    "Disk",
     "Everywhere",
     "Exporter",
     "Field",
@@ -69,6 +81,7 @@ __all__ = [
     "Geometry",
     "HalfSpace",
     "Integrator",
+    "Line",
     "Measure",
     "MissingField",
     "Neighborhood",
@@ -76,13 +89,17 @@ __all__ = [
     "NotFinite",
     "Nowhere",
     "Part",
+    "Plane",
     "Point",
     "Polygon",
     "RBSError",
+    "Ray",
     "Relation",
     "Report",
     "Segment",
+    "Slab",
     "Surface",
+    "SurfaceMesh",
     "Trigger",
     "UndeclaredField",
     "UnstableStep",
@@ -92,6 +109,7 @@ __all__ = [
     "between",
     "convert",
     "every",
+    "geometry",
     "hookimpl",
     "intact",
     "last",
