@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import cached_property
 from hashlib import sha256
+from os import PathLike
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +14,7 @@ from rbs_core.errors import BadInput
 from rbs_core.geometry.base import TOLERANCE, Geometry
 from rbs_core.geometry.described import row_tuples
 from rbs_core.geometry.facets import Facets
+from rbs_core.geometry.reading import read_triangles
 from rbs_core.geometry.similarity import Similarity
 from rbs_core.geometry.solid import Solid
 from rbs_core.geometry.surfaces import Surface, tolerances
@@ -36,6 +39,25 @@ class Triangulated(Geometry):
         used = self.vertices[np.unique(self.triangles)]
         self._bounds = used.min(axis=0), used.max(axis=0)
         self._size = float(np.linalg.norm(self._bounds[1] - self._bounds[0]))
+
+    @classmethod
+    def read(cls, path: str | PathLike[str], *, unit: float = 1.0, join: float = 0.0) -> Self:
+        """The surface in a file: STL, PLY, OBJ, VTK, or another one that meshio reads; quadrilaterals are cut in two.
+
+        Args:
+            path: the file.
+            unit: length of the unit of the file (m), such as 1e-3 for mm.
+            join: vertices that are at most so far apart become one (m), for files whose digits are rounded; triangles
+                that collapse by it are left out.
+
+        Raises:
+            BadInput: for a file that is missing, cannot be read, or holds other cells; and as the class.
+        """
+        vertices, triangles = read_triangles(path, unit, join)
+        try:
+            return cls(vertices, triangles)
+        except BadInput as error:
+            raise BadInput(f"{path}: {error}") from error
 
     @property
     def dimension(self) -> int:
@@ -85,7 +107,7 @@ class Triangulated(Geometry):
 
 
 class SurfaceMesh(Triangulated, Solid):
-    """What a closed surface of triangles encloses, such as the ones that CAD programs write.
+    """What a closed surface of triangles encloses, such as the ones that CAD programs write: `SurfaceMesh.read(path)`.
 
     Several closed surfaces may be given at once: a cavity runs the other way around, and what two of them enclose
     counts once. `repr` writes out up to 64 triangles.
@@ -93,6 +115,9 @@ class SurfaceMesh(Triangulated, Solid):
     Args:
         vertices: (m), shape (n, 3).
         triangles: indices of three vertices each, counterclockwise seen from outside, shape (m, 3).
+
+    Attributes:
+        volume: what it encloses (m^3).
 
     Raises:
         BadInput: for indices that do not exist, triangles without area, edges with one triangle or more than two,

@@ -93,7 +93,7 @@ def require_one_side(vertices: FloatArray, triangles: Indices, closed: bool) -> 
         where = _edge_text(vertices, starts[edge], ends[edge])
         raise BadInput(
             f"the surface is open: triangle {owners[edge]} has no neighbor at {where} ({len(alone)} such edges); close "
-            "the hole, join vertices that coincide, or cut with a TriangulatedSurface"
+            "the hole, join vertices that coincide (read(..., join=)), or cut with a TriangulatedSurface"
         )
 
 
