@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import product
-from typing import TypeAlias
+from typing import TypeAlias, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from rbs_core.geometry.base import Geometry
 from rbs_core.geometry.cropped import Cropped
 from rbs_core.geometry.described import common_dimension, empty_bounds, no_bounds, require_kind
 from rbs_core.geometry.frames import lengths
-from rbs_core.geometry.nearest import searched, shared
+from rbs_core.geometry.nearest import nearest_among, searched, shared, surroundings
 from rbs_core.geometry.similarity import Similarity
 from rbs_core.geometry.surfaces import Surface, Surfaces
 from rbs_core.geometry.whole import Everywhere, Nowhere
@@ -31,17 +31,22 @@ Condition: TypeAlias = Callable[[FloatArray, FloatArray], Bounds]
 
 def joined(operation: str, a: Geometry, b: Geometry) -> Geometry:
     """What an operator makes of two geometries: surfaces stay surfaces where bonds can still cross the result."""
-    if operation == "union" and isinstance(a, Surface) and isinstance(b, Surface):
+    require_kind(b, Geometry, "b")
+    if operation == "union" and _is_thin(a) and _is_thin(b):
         return Surfaces(a, b)
-    if operation == "intersection" and isinstance(b, Surface) and not isinstance(a, Surface):
+    if operation == "intersection" and _is_thin(b) and not _is_thin(a):
         a, b = b, a
-    if operation in ("intersection", "difference") and isinstance(a, Surface) and not isinstance(b, Surface):
-        require_kind(b, Geometry, "b")
+    if operation in ("intersection", "difference") and _is_thin(a) and not _is_thin(b):
         region = b if operation == "intersection" else ~b
         members = a.members if isinstance(a, Surfaces) else (a,)
         parts = [Cropped(member, region) for member in members]
         return parts[0] if len(parts) == 1 else Surfaces(*parts)
     return Combined(operation, a, b)
+
+
+def _is_thin(geometry: Geometry) -> TypeGuard[Surface]:
+    """Whether it is a surface and fills nothing, as a polygon in 2-D does."""
+    return isinstance(geometry, Surface) and not geometry._fills
 
 
 class Combined(Geometry):
@@ -181,7 +186,26 @@ class Combined(Geometry):
         b = ~b if self.operation == "difference" else b
         for convex in (True, False):
             self._offer(shared(a, b, points, convex), points, found, away)
-        return np.where(np.isinf(away)[:, None], anywhere, found)
+        lost = np.flatnonzero(np.isinf(away))
+        if lost.size:
+            found[lost] = self._sampled(points[lost], anywhere[lost])
+        return found
+
+    def _sampled(self, points: FloatArray, instead: FloatArray) -> FloatArray:
+        """The nearest of many points of the surface, and what is downhill from there; `instead` where there is none."""
+        candidates = surroundings(points, self.bounds, self.size)
+        some = np.concatenate([
+            member._projection(candidates)
+            for member in (self.a, self.b)
+            if not isinstance(member, Everywhere | Nowhere)
+        ])  # fmt: skip
+        some = some[self._status(some, self._tolerance(some)) == 0]
+        if not len(some):
+            return instead
+        found = nearest_among(points, some)
+        away = lengths(points - found)
+        self._offer(searched([self._distance], points, found, self.size), points, found, away)
+        return found
 
     def _transformed(self, by: Similarity) -> Geometry:
         return Combined(self.operation, self.a._transformed(by), self.b._transformed(by))

@@ -56,6 +56,10 @@ class Flat(Surface):
         inside: BoolArray = self._plane_distance(x, y) <= tolerance
         return inside
 
+    @property
+    def _fills(self) -> bool:
+        return self.dimension == 2
+
     def _cure(self) -> str | None:
         return None if self.dimension == 3 else "in 2-D it fills a region; cut along its outline"
 
@@ -229,6 +233,10 @@ class Circle(Round):
     def __init__(self, radius: float, center: ArrayLike, normal: ArrayLike | None = None) -> None:
         self.radius = as_number(radius, "radius", positive=True)
         self._set_center(center, normal)
+
+    @property
+    def _fills(self) -> bool:
+        return False
 
     def _cure(self) -> str | None:
         return None if self.dimension == 2 else "in 3-D bonds pass by a line; cut with the Disk that it encloses"

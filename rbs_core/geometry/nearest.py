@@ -9,7 +9,7 @@ import numpy as np
 
 from rbs_core.geometry.base import Geometry
 from rbs_core.geometry.frames import lengths
-from rbs_core.space.checks import FloatArray
+from rbs_core.space.checks import Bounds, FloatArray
 
 Distance: TypeAlias = Callable[[FloatArray], FloatArray]
 
@@ -19,6 +19,9 @@ REACHED, STEP, WORTH = 1e-13, 1e-6, 1e-8
 
 # Most steps of a search, and most turns between two regions.
 STEPS, TURNS = 60, 100
+
+# Coordinates along each axis of a lattice in 1-D, 2-D, 3-D: odd, so that middles are among them.
+SAMPLES = (101, 51, 15)
 
 # Slopes below this are none; slopes whose directions differ by less count as one.
 FLAT = 1e-3
@@ -82,6 +85,23 @@ def shared(first: Geometry, second: Geometry, points: FloatArray, convex: bool) 
         if np.array_equal(before, found):
             break
     return found
+
+
+def surroundings(points: FloatArray, bounds: Bounds, size: float) -> FloatArray:
+    """A lattice over bounds (where these are infinite, over the points and somewhat more), some thousand points."""
+    dimension = points.shape[1]
+    lower, upper = (np.broadcast_to(side, dimension) for side in bounds)
+    lower = np.where(np.isfinite(lower), lower, points.min(axis=0) - size)
+    upper = np.where(np.isfinite(upper), upper, points.max(axis=0) + size)
+    axes = [np.linspace(lower[axis], upper[axis], SAMPLES[dimension - 1]) for axis in range(dimension)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, dimension)
+
+
+def nearest_among(points: FloatArray, some: FloatArray) -> FloatArray:
+    """For each point (n, d) the nearest of some others (k, d), k > 0."""
+    from scipy.spatial import cKDTree  # late: few geometries need it
+
+    return np.asarray(some[cKDTree(some).query(points)[1]])
 
 
 def _settled(distances: Sequence[Distance], points: FloatArray, scale: float) -> FloatArray:

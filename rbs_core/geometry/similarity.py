@@ -91,7 +91,7 @@ class Similarity:
             return tuple(each._transformed(self) for each in value)
         if kind == "points":
             return row_tuples(self.points(np.array(value)))
-        row = np.array([value], dtype=np.float64)
+        row = np.array(value, dtype=np.float64).reshape(1, -1)  # a coordinate in 1-D may be a plain number
         if kind == "point":
             return coordinate_tuple(self.points(row)[0])
         if kind == "direction":

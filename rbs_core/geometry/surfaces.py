@@ -35,8 +35,14 @@ class Surface(Geometry):
 
     It is a set of points too: those nearer than the tolerance of `status` are in. Its distance is never negative, and
     no point is inside. `surface & region` and `surface - region` are the part of it in a region or beside it, and can
-    be crossed as well. Shapes of the same names that bonds cannot cross, such as a segment in 3-D, say so.
+    be crossed as well. Shapes of the same names that bonds cannot cross, such as a segment in 3-D, say so; a polygon in
+    2-D fills a region, and is joined with others as one.
     """
+
+    @property
+    def _fills(self) -> bool:
+        """Whether it fills a region, of which the distance is negative inside."""
+        return False
 
     @property
     @abstractmethod
