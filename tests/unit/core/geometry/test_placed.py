@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rbs_core.errors import BadInput
-from rbs_core.geometry import Ball, Box, Everywhere, HalfSpace, Moved, Nowhere, Placed, Where
+from rbs_core.geometry import Ball, Box, Everywhere, HalfSpace, Nowhere, Placed, Transformed, Where
 from rbs_core.space import Cartesian, Mapping, convert, uniform, world
 
 POINTS = np.random.default_rng(5).uniform(-3.0, 3.0, (500, 2))
@@ -29,7 +29,7 @@ def test_moved():
     assert np.allclose(box.distance(POINTS), Box((2.0, 2.0), (1.0, 3.0)).distance(POINTS), atol=1e-15)
     assert [side.tolist() for side in box.bounds] == [[0.0, 2.0], [2.0, 4.0]]
     assert [side.tolist() for side in HalfSpace((0, 0), (0, 1)).moved((1, 2)).bounds] == [[-np.inf, 2.0], [np.inf] * 2]
-    assert Everywhere().moved((1.0, 2.0, 3.0)).dimension == 3
+    assert Everywhere().moved((1.0, 2.0, 3.0)) == Everywhere()
 
 
 def test_placed_and_turned():
@@ -128,7 +128,8 @@ def test_under_a_curved_mapping_bounds_are_infinite_and_distance_is_unknown():
         (lambda: Box((1, 1)).moved((1, np.inf)), r"vector\[1\] = inf is not finite"),
         (lambda: Box((1, 1)).placed(world), r"system 'world' is a root; place the geometry in a child"),
         (lambda: Box((1, 1)).placed("plate"), r"system = 'plate' is no CoordinateSystem; make one by world.child"),
-        (lambda: Moved(3, (1, 2)), r"geometry = 3 is no Geometry"),
+        (lambda: Transformed(3, np.eye(2), 1.0, (1, 2)), r"geometry = 3 is no Geometry"),
+        (lambda: Transformed(Box((1, 1)), np.eye(3), 1.0, (1, 2, 3)), r"shift = .* has 3 components, but Box.* give 2"),
         (lambda: Placed(3, world.child("a")), r"geometry = 3 is no Geometry"),
         (
             lambda: Where(np.any).placed(world.child("up", axes=[(1, 0, 0), (0, 0, 1)])).contains([[0.0, 1.0]]),

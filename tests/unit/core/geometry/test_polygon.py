@@ -140,8 +140,8 @@ def test_what_is_coplanar_within_round_off_is_accepted():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: Polygon([(0, 0, 0), (1, 0, 0)]), r"points has shape \(2, 3\); give 3 points or more in 3-D"),
-        (lambda: Polygon([(0, 0), (1, 0), (1, 1)]), r"points has shape \(3, 2\); give 3 points or more in 3-D"),
+        (lambda: Polygon([(0, 0, 0), (1, 0, 0)]), r"points has shape \(2, 3\); give 3 points or more in 2-D or 3-D"),
+        (lambda: Polygon([(0,), (1,), (2,)]), r"points has shape \(3, 1\); give 3 points or more in 2-D or 3-D"),
         (
             lambda: Polygon([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0.1)]),
             r"points\[3\] = \(0.0, 1.0, 0.1\) lies 0.1 m off the plane of the points before it; move it",

@@ -167,7 +167,7 @@ def test_where_cannot_change_the_points_of_others():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: HalfSpace((0, 0), (0, 0)), r"normal = \(0.0, 0.0\) has no length; point it into"),
+        (lambda: HalfSpace((0, 0), (0, 0)), r"normal = \(0.0, 0.0\) has no length; give a vector of any length but 0"),
         (lambda: HalfSpace((0, 0), (0, 0, 1)), r"point = \(0.0, 0.0\) has 2 components, normal = .* has 3"),
         (lambda: HalfSpace((0, np.nan), (0, 1)), r"point\[1\] = nan is not finite"),
         (lambda: Box((1.0, 0.0)), r"size\[1\] = 0.0 is not positive"),
