@@ -96,9 +96,8 @@ class Facets:
     def winding(self, points: FloatArray) -> NDArray[np.int64]:
         """How often closed triangles go around points (n, 3): 0 outside, 1 inside.
 
-        A ray from each point along z counts triangles that face up and those that face down. Whether it passes on the
-        left or on the right of an edge is decided alike for both triangles of the edge, so that a ray through an edge
-        or a corner counts once.
+        A ray from each point along z counts triangles that face up and those that face down. On which side it passes
+        an edge or a corner is decided alike for all triangles that meet there, so that it counts once.
         """
         result = np.zeros(len(points), dtype=np.int64)
         for begin in range(0, len(points), ROUND):
@@ -121,13 +120,14 @@ class Facets:
         x, y = points[:, 0], points[:, 1]
         rows = self.triangles[triangles]
         for corner in range(3):
-            start, end = rows[:, corner], rows[:, (corner + 1) % 3]
-            low, high = self.vertices[np.minimum(start, end)], self.vertices[np.maximum(start, end)]
-            straddles = (low[:, 1] <= y) != (high[:, 1] <= y)
+            start, end = self.vertices[rows[:, corner]], self.vertices[rows[:, (corner + 1) % 3]]
+            upward = start[:, 1] < end[:, 1]
+            low, high = np.where(upward[:, None], start, end), np.where(upward[:, None], end, start)
+            # From its lower end, whichever triangle asks: both get the same bits. A point under a corner counts as
+            # slightly higher than it and, even more so, to the right of it, for all edges alike.
+            straddles = (low[:, 1] <= y) & (high[:, 1] > y)
             left = (high[:, 0] - low[:, 0]) * (y - low[:, 1]) - (high[:, 1] - low[:, 1]) * (x - low[:, 0]) > 0.0
-            upward = high[:, 1] > low[:, 1]
-            forth = np.where(upward == (start < end), 1, -1)
-            turns += forth * (straddles & (left == upward))
+            turns += np.where(upward, 1, -1) * (straddles & left)
         return turns
 
     def crossed(self, starts: FloatArray, ends: FloatArray, tolerance: FloatArray) -> BoolArray:
