@@ -23,6 +23,9 @@ STEPS, TURNS = 60, 100
 # Coordinates along each axis of a lattice in 1-D, 2-D, 3-D: odd, so that middles are among them.
 SAMPLES = (101, 51, 15)
 
+# Shortest and longest step, as parts of the way to the foot of the perpendicular on the tangent.
+LENGTHS = (1e-3, 10.0)
+
 # Slopes below this are none; slopes whose directions differ by less count as one.
 FLAT = 1e-3
 
@@ -44,10 +47,18 @@ def searched(distances: Sequence[Distance], points: FloatArray, start: FloatArra
     scale = size or float(np.abs(points).max()) or 1.0
     found = _settled(distances, start, scale)
     step, away = np.ones(len(points)), lengths(points - found)
+    before, last = found.copy(), np.zeros_like(found)
     for _ in range(STEPS):
         slopes = _slopes(distances, found, scale)
         to_point = points - found
         sideways = to_point - _product(_inverse(slopes), _product(slopes, to_point))
+        # What the last step has changed tells the curvature, and with it how long the next one should be (Barzilai and
+        # Borwein 1988).
+        moved = found - before
+        bend = np.einsum("ni,ni->n", moved, last - sideways)
+        told = bend > 0.0
+        step[told] = np.clip(np.einsum("ni,ni->n", moved, moved)[told] / bend[told], *LENGTHS)
+        before, last = found.copy(), sideways
         active = np.flatnonzero(step * lengths(sideways) > WORTH * scale)
         if not active.size:
             break
