@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from rbs_core.errors import BadInput
 from rbs_core.geometry.base import ROUND_OFF, TOLERANCE, Geometry
 from rbs_core.geometry.box import Box
 from rbs_core.geometry.described import common_dimension, require_kind
@@ -63,7 +64,7 @@ def _shared(a: Geometry, b: Geometry) -> Geometry | None:
     if isinstance(a, Nowhere):
         return a
     if isinstance(a, Point):
-        return a if b.status(a.x[None])[0] <= 0 else Nowhere()
+        return a if _holds(b, a) else Nowhere()
     if isinstance(a, Straight):
         span = _span(a, b)
         return None if span is None else piece_of(a, *span)
@@ -78,6 +79,14 @@ def _shared(a: Geometry, b: Geometry) -> Geometry | None:
     if isinstance(a, Bar):
         return _of_round(a, a.point, b, a._unit)
     return None
+
+
+def _holds(shape: Geometry, point: Point) -> bool:
+    """Whether a point is in or on a shape; without a tolerance if that knows no distance."""
+    try:
+        return bool(shape.status(point.x[None])[0] <= 0)
+    except BadInput:
+        return bool(shape.contains(point.x[None])[0])
 
 
 def margin(*shapes: Geometry) -> float:

@@ -13,7 +13,7 @@ from rbs_core.geometry.described import as_direction, as_place, coordinate_tuple
 from rbs_core.geometry.flat import Flat
 from rbs_core.geometry.frames import unit
 from rbs_core.geometry.similarity import cosine_and_sine
-from rbs_core.space.checks import BoolArray, Bounds, FloatArray, as_points, as_text, as_vector
+from rbs_core.space.checks import BoolArray, Bounds, FloatArray, as_number, as_points, as_text, as_vector
 
 
 class Polygon(Flat):
@@ -53,6 +53,9 @@ class Polygon(Flat):
         normal = _area_vector(around)
         area = float(np.linalg.norm(normal))
         if area <= flatness * size:
+            flat = _flattened(around)
+            if np.ptp(flat[:, 1]) > flatness:  # no line, so that parts of it must count against each other
+                _require_no_crossing(corners, outline.first_crossing(flat, flatness))
             raise BadInput(
                 f"the points {as_text(corners)} enclose no area; give corners that do not lie on a line, "
                 "in order along the outline"
@@ -178,9 +181,10 @@ class RegularPolygon(Polygon):
     _kinds = {"sides": "number", "center": "point", "corner": "point", "normal": "direction"}
 
     def __init__(self, sides: int, center: ArrayLike, corner: ArrayLike, normal: ArrayLike | None = None) -> None:
-        if isinstance(sides, bool) or int(sides) != sides or sides < 3:
+        count = as_number(sides, "sides")
+        if count < 3 or count != int(count):
             raise BadInput(f"sides = {sides} is no number of edges; give a whole number from 3")
-        self.sides = int(sides)
+        self.sides = int(count)
         self.center = as_vector(center, "center")
         size = self.center.size
         self.corner = as_place(corner, "corner", size)
@@ -225,6 +229,12 @@ def _area_vector(around: FloatArray) -> FloatArray:
     full[:, : around.shape[1]] = around
     area: FloatArray = np.cross(full, np.roll(full, -1, axis=0)).sum(axis=0) / 2
     return area
+
+
+def _flattened(around: FloatArray) -> FloatArray:
+    """Corners in the plane that is nearest to them, shape (k, 2)."""
+    flat: FloatArray = around @ np.linalg.svd(around)[2][:2].T
+    return flat
 
 
 def _require_no_crossing(corners: FloatArray, edges: tuple[int, int] | None) -> None:

@@ -57,7 +57,8 @@ def _read(file: Path) -> Any:
         raise BadInput(f"there is no file {file}; give the path of a surface, such as body.stl")
     said = StringIO()
     try:
-        with redirect_stderr(said):
+        # The size that an ASCII file would have, were it a binary one, may be too large for its integer.
+        with redirect_stderr(said), np.errstate(over="ignore"):
             return meshio.read(file)
     # Broken files end in many kinds of errors, and in an exit of the interpreter if no reader is left.
     except (Exception, SystemExit) as error:

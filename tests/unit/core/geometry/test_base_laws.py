@@ -11,7 +11,7 @@ import rbs_core
 from rbs_core import geometry as everything
 from rbs_core.errors import BadInput
 from rbs_core.geometry import Cropped, Everywhere, Geometry, Nowhere, Placed, Solid, Status, Surface, Where
-from rbs_core.space import uniform, world
+from rbs_core.space import world
 from tests.unit.core.geometry.examples import (
     EXAMPLES,
     FILLED,
@@ -23,6 +23,7 @@ from tests.unit.core.geometry.examples import (
     WITH_SURFACE,
     above_parabola,
     cloud,
+    measured,
 )
 
 QUIET = settings(derandomize=True, deadline=None, database=None, max_examples=60)
@@ -225,15 +226,6 @@ def test_a_placed_geometry_is_where_its_system_is(geometry, system):
 
 
 # -- sizes -----------------------------------------------------------------------------------------------------------
-
-
-def measured(geometry: Geometry, spacing: float) -> float:
-    """Length, area or volume by counting the cells whose middle is in."""
-    lower, upper = geometry.bounds
-    finite = np.isfinite([lower, upper]).all()
-    lower, upper = (lower, upper) if finite else (np.full(lower.size, -1.7), np.full(lower.size, 1.7))
-    grid = uniform(lower - 0.013, upper + 0.007, spacing)
-    return geometry.contains(grid.points()).sum() * grid.cell_volume()
 
 
 @pytest.mark.parametrize(("geometry", "exact"), FILLED, ids=lambda value: repr(value)[:60])
