@@ -25,6 +25,7 @@ from rbs_core.geometry import (
     Slab,
     Where,
 )
+from tests.unit.core.geometry.examples import counting_error
 
 QUIET = settings(derandomize=True, deadline=None, database=None, max_examples=100)
 POINTS = np.random.default_rng(4).integers(-8, 9, (200, 2)) / 4  # many of them exactly on surfaces
@@ -172,6 +173,32 @@ def test_projection_where_both_surfaces_coincide_ends_on_the_whole():
     found = both.projection(points)
     assert (both.status(found, 1e-7) == 0).all()
     assert both.projection([[0.3, 1.25]]) == pytest.approx(np.array([[0.5, 0.5]]), abs=1e-6)
+
+
+def cut_pipe():
+    axis, middle = (0, 0, 1), (0, 0, 0)
+    pipe = Bar(1.1, middle, axis) - Bar(1.0, middle, axis)
+    return pipe - (HalfSpace(middle, (0, 0, -1)) | HalfSpace((0, 0, 1), (0, 3, 4)))
+
+
+def test_the_cut_pipe_is_where_it_should_be():
+    """Figure 3.8 of Jenabidehkordi (2021): between two bars, below z = 1 - 0.75 y."""
+    shape = cut_pipe()
+    assert np.allclose(shape.bounds, [[-1.1, -1.1, 0.0], [1.1, 1.1, 1.825]], atol=1e-12)
+    x, y, z = (points := np.random.default_rng(3).uniform(*shape.bounds, (20000, 3))).T
+    radius = np.hypot(x, y)
+    expected = (radius >= 1.0) & (radius <= 1.1) & (z >= 0.0) & (z <= 1.0 - 0.75 * y)
+    assert np.array_equal(shape.contains(points), expected)
+    chosen = [[1.05, 0.0, 0.5], [1.1, 0.0, 0.5], [1.0, 0.0, 0.5], [1.05, 0.0, 1.0], [0.0, 0.0, 0.5]]
+    assert shape.status(chosen).tolist() == [-1, 0, 0, 0, 1]
+
+
+def test_the_volume_of_the_cut_pipe_converges(rng):
+    """Its mean height is 1: the slope takes away on one side what it adds on the other."""
+    coarse, middle, fine = (counting_error(cut_pipe(), 0.21 * np.pi, spacing, rng) for spacing in (0.1, 0.05, 0.025))
+    assert coarse < 0.1
+    assert middle < 0.04
+    assert fine < 0.02
 
 
 def test_bounds_of_the_operations():

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from rbs_core.errors import BadInput
-from rbs_core.geometry import Ball, Box, Everywhere, HalfSpace, Nowhere, Placed, Transformed, Where
+from rbs_core.geometry import Ball, Box, Everywhere, HalfSpace, Nowhere, Placed, Slab, Transformed, Where
 from rbs_core.space import Cartesian, Mapping, convert, uniform, world
+from tests.unit.core.geometry.examples import counting_error
 
 POINTS = np.random.default_rng(5).uniform(-3.0, 3.0, (500, 2))
 
@@ -56,6 +57,16 @@ def test_ball_under_stretched_axes_is_an_ellipsoid():
     grid = uniform(*ellipsoid.bounds, 0.125)
     volume = ellipsoid.contains(grid.points()).sum() * grid.cell_volume()
     assert volume == pytest.approx(4 / 3 * np.pi * 5.0 * 2.5 * 2.5, rel=2e-3)
+
+
+def test_the_volume_of_an_ellipsoid_converges(rng):
+    """Section 3.4.2.3 of Jenabidehkordi (2021): half axes 5, 2.5, 2.5."""
+    system = world.child("stretched", axes=[(2.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)])
+    ellipsoid, exact = Ball(2.5, (0.0, 0.0, 0.0)).placed(system), 4 / 3 * np.pi * 5.0 * 2.5 * 2.5
+    coarse, middle, fine = (counting_error(ellipsoid, exact, spacing, rng) for spacing in (0.5, 0.25, 0.125))
+    assert coarse < 0.02
+    assert middle < 0.007
+    assert fine < 0.002
 
 
 def test_distance_under_stretched_axes_is_a_bound():
@@ -119,6 +130,26 @@ def test_under_a_curved_mapping_bounds_are_infinite_and_distance_is_unknown():
     assert np.isinf(plate.bounds).all()
     with pytest.raises(BadInput, match=r"knows no distance: .*Paraboloid.* keeps no lengths"):
         plate.distance([[0.0, 0.0, 0.0]])
+
+
+def test_the_volume_of_a_paraboloid_plate_converges(rng):
+    """The same section; the mapping keeps volumes."""
+    plate = Slab(0.04, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)).placed(world.mapped("paraboloid", Paraboloid()))
+    piece = plate & Box.between((-0.25, -0.5, -0.05), (0.25, 0.5, 0.2))
+    coarse, fine = (counting_error(piece, 0.5 * 1.0 * 0.04, spacing, rng) for spacing in (0.03, 0.009))
+    assert coarse < 0.1
+    assert fine < 0.02
+
+
+def test_nodes_of_a_paraboloid_plate_are_those_of_the_flat_one_mapped():
+    system = world.mapped("paraboloid", Paraboloid())
+    grid = uniform((-2.5, -5.0, -0.02), (2.5, 5.0, 0.02), 0.04)
+    points = system.to_parent(grid.points())
+    plate = Slab(0.04, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)).placed(system)
+    assert plate.contains(points).all()
+    assert len(grid) * grid.cell_volume() == pytest.approx(5.0 * 10.0 * 0.04)
+    assert points[:, 2].max() == pytest.approx(12.5, rel=0.02)
+    assert points[:, 2].min() == pytest.approx(0.0, abs=1e-3)
 
 
 @pytest.mark.parametrize(
