@@ -98,6 +98,12 @@ class Polygon(Flat):
                 inside ^= ((y0 <= y) != (y1 <= y)) & (from_x < from_y * (along_x / along_y))
         return inside | near
 
+    def _contains(self, points: FloatArray) -> BoolArray:
+        if self.dimension == 3:
+            return super()._contains(points)
+        x, y = self._along(points, self._first), self._along(points, self._second)
+        return outline.covered_by(self._outline, x, y, self._round_off(points))
+
     def _plane_distance(self, x: FloatArray, y: FloatArray) -> FloatArray:
         return outline.distance_of(self._outline, x, y)
 

@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from rbs_core.errors import BadInput
+from rbs_core.geometry import outline
 from rbs_core.geometry.base import TOLERANCE
 from rbs_core.geometry.described import as_direction, as_place, coordinate_tuple, require_kind
-from rbs_core.geometry.frames import lengths
+from rbs_core.geometry.frames import lengths, rows_along
 from rbs_core.geometry.polygon import Polygon
 from rbs_core.geometry.solid import Solid
 from rbs_core.space.checks import BoolArray, FloatArray, as_text
 
-# Points per round of the sum over the faces.
-ROUND = 1 << 16
+# Part of the size up to which a point is near enough to the surface to ask for its distance.
+NEAR = 1e-6
 
 
 class Polyhedron(Solid):
-    """What flat faces enclose: each a polygon whose positive side is outside."""
+    """What flat faces enclose: each a polygon whose positive side is outside; the first is the base."""
 
+    base: Polygon
+    _rise: float  # of the other end over the base, along its normal
     _faces: tuple[Polygon, ...]
 
     @property
@@ -27,26 +32,46 @@ class Polyhedron(Solid):
         """3."""
         return 3
 
-    def _set_faces(self, rows: list[FloatArray], outward: bool) -> None:
-        """Takes the corners of the faces, in an order that is counterclockwise seen from outside or from inside."""
-        self._faces = tuple(Polygon(row if outward else row[::-1]) for row in rows)
+    def _set_faces(self, rows: list[FloatArray]) -> None:
+        """Takes the corners of the faces, in an order that is counterclockwise seen from outside if it rises."""
+        self._faces = tuple(Polygon(row if self._rise > 0.0 else row[::-1]) for row in rows)
+
+    def _share(self, points: FloatArray) -> FloatArray:
+        """How far points are on the way from the base (0) to the other end (1)."""
+        share: FloatArray = self.base._heights(points) / self._rise
+        return share
+
+    @abstractmethod
+    def _covers(self, points: FloatArray, margin: FloatArray) -> BoolArray:
+        """Which points are inside, or hardly more than a margin (n,) beside."""
+
+    def _over_base(self, feet: FloatArray, margin: FloatArray) -> BoolArray:
+        """Which feet of points in the plane of the base are in the base, or at most a margin beside."""
+        x, y = (self.base._along(feet, direction) for direction in (self.base._first, self.base._second))
+        return outline.covered_by(self.base._outline, x, y, margin)
+
+    def _contains(self, points: FloatArray) -> BoolArray:
+        inside = self._covers(points, np.zeros(len(points)))
+        beside = np.flatnonzero(~inside)
+        margin = self._round_off(points[beside])
+        # The section of a slender solid is known less well than its faces: these decide, for the few points near them.
+        close = self._covers(points[beside], margin + NEAR * self.size)
+        beside, margin = beside[close], margin[close]
+        inside[beside] = self._from_faces(points[beside]) <= margin
+        return inside
+
+    def _from_faces(self, points: FloatArray) -> FloatArray:
+        """Distance from the nearest face."""
+        away = self._faces[0]._distance(points)
+        for face in self._faces[1:]:
+            np.minimum(away, face._distance(points), out=away)
+        return away
 
     def _distance(self, points: FloatArray) -> FloatArray:
-        away: FloatArray = np.array([face._distance(points) for face in self._faces]).min(axis=0)
-        signed: FloatArray = np.where(self._winding(points), -away, away)
+        away = self._from_faces(points)
+        inside = self._covers(points, np.zeros(len(points)))
+        signed: FloatArray = np.where(inside & (away > 0.0), -away, away)  # never -0.0
         return signed
-
-    def _winding(self, points: FloatArray) -> BoolArray:
-        """Whether the faces go around points: they are then seen under the full solid angle."""
-        angle = np.zeros(len(points))
-        for begin in range(0, len(points), ROUND):
-            rows = slice(begin, begin + ROUND)
-            for face in self._faces:
-                # A fan from the first corner; where it leaves the face, its triangles cancel each other.
-                for second, third in zip(face.points[1:-1], face.points[2:], strict=True):
-                    angle[rows] += solid_angles(points[rows], face.points[0], second, third)
-        inside: BoolArray = angle > 2.0 * np.pi
-        return inside
 
     def _projection(self, points: FloatArray) -> FloatArray:
         distances = np.array([face._distance(points) for face in self._faces])
@@ -56,6 +81,30 @@ class Polyhedron(Solid):
 
     def _reaches(self, direction: FloatArray) -> float:
         return max(face._reaches(direction) for face in self._faces)
+
+
+class Pointed(Polyhedron):
+    """What the straight ways from an apex to the points of a polygon fill."""
+
+    _tip: FloatArray
+
+    def _set_sides(self, base: Polygon, tip: FloatArray, what: str) -> None:
+        """Takes base and tip."""
+        self.base, self._tip = base, tip
+        self._rise = _rise(base, tip - base._middle, what)
+        corners = base.points
+        after = np.roll(np.arange(len(corners)), -1)
+        self._set_faces([corners[::-1], *(np.array([corners[i], corners[j], tip]) for i, j in enumerate(after))])
+
+    def _covers(self, points: FloatArray, margin: FloatArray) -> BoolArray:
+        share = self._share(points)
+        beside = margin / abs(self._rise)
+        covered = (share >= -beside) & (share <= 1.0 + beside)
+        candidates = np.flatnonzero(covered)
+        left = np.maximum(1.0 - share[candidates], 1e-12)  # of the way to the tip; there the section is a point
+        off, margin = points[candidates] - self._tip, margin[candidates]
+        covered[candidates] = self._over_base(self._tip + off / left[:, None], margin / left) | (lengths(off) <= margin)
+        return covered
 
 
 class Prism(Polyhedron):
@@ -74,17 +123,26 @@ class Prism(Polyhedron):
     def __init__(self, base: Polygon, vector: ArrayLike) -> None:
         self.base = _base(base)
         self.vector = as_direction(vector, "vector", 3)
-        height = _height(base, self.vector, f"vector = {as_text(self.vector)} lies in the plane of the base")
+        self._rise = _rise(base, self.vector, f"vector = {as_text(self.vector)} lies in the plane of the base")
         bottom, top = base.points, base.points + self.vector
         after = np.roll(np.arange(len(bottom)), -1)
         sides = [np.array([bottom[i], bottom[j], top[j], top[i]]) for i, j in enumerate(after)]
-        self._set_faces([bottom[::-1], top, *sides], outward=height > 0.0)
+        self._set_faces([bottom[::-1], top, *sides])
+
+    def _covers(self, points: FloatArray, margin: FloatArray) -> BoolArray:
+        share = self._share(points)
+        beside = margin / abs(self._rise)
+        covered = (share >= -beside) & (share <= 1.0 + beside)
+        candidates = np.flatnonzero(covered)
+        feet = points[candidates] - rows_along(share[candidates], self.vector)
+        covered[candidates] = self._over_base(feet, margin[candidates])
+        return covered
 
     def _parameters(self) -> dict[str, object]:
         return {"base": self.base, "vector": coordinate_tuple(self.vector)}
 
 
-class Pyramid(Polyhedron):
+class Pyramid(Pointed):
     """What the straight ways from an apex to the points of a polygon fill.
 
     Args:
@@ -98,20 +156,14 @@ class Pyramid(Polyhedron):
     _kinds = {"base": "geometry", "apex": "point"}
 
     def __init__(self, base: Polygon, apex: ArrayLike) -> None:
-        self.base = _base(base)
         self.apex = as_place(apex, "apex", 3)
-        up = self.apex - base._middle
-        height = _height(base, up, f"apex = {as_text(self.apex)} lies in the plane of the base")
-        corners = base.points
-        after = np.roll(np.arange(len(corners)), -1)
-        sides = [np.array([corners[i], corners[j], self.apex]) for i, j in enumerate(after)]
-        self._set_faces([corners[::-1], *sides], outward=height > 0.0)
+        self._set_sides(_base(base), self.apex, f"apex = {as_text(self.apex)} lies in the plane of the base")
 
     def _parameters(self) -> dict[str, object]:
         return {"base": self.base, "apex": coordinate_tuple(self.apex)}
 
 
-class Tetrahedron(Polyhedron):
+class Tetrahedron(Pointed):
     """What four points enclose.
 
     Args:
@@ -129,30 +181,11 @@ class Tetrahedron(Polyhedron):
     def __init__(self, a: ArrayLike, b: ArrayLike, c: ArrayLike, d: ArrayLike) -> None:
         named = zip("abcd", (a, b, c, d), strict=True)
         self.corners = np.array([as_place(corner, name, 3) for name, corner in named])
-        base = Polygon(self.corners[:3])
-        height = _height(
-            base, self.corners[3] - base._middle, f"d = {as_text(self.corners[3])} lies in the plane of a, b, c"
-        )
-        sides = [self.corners[[i, j, 3]] for i, j in ((0, 1), (1, 2), (2, 0))]
-        self._set_faces([self.corners[[2, 1, 0]], *sides], outward=height > 0.0)
+        what = f"d = {as_text(self.corners[3])} lies in the plane of a, b, c"
+        self._set_sides(Polygon(self.corners[:3]), self.corners[3], what)
 
     def _parameters(self) -> dict[str, object]:
         return dict(zip("abcd", map(coordinate_tuple, self.corners), strict=True))
-
-
-def solid_angles(points: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
-    """Solid angles (n,) of a triangle seen from points (n, 3), positive seen from the side on which it runs clockwise.
-
-    tan(angle / 2) = a.(b x c) / (|a||b||c| + (a.b)|c| + (b.c)|a| + (c.a)|b|), with the vectors from the point to the
-    corners (van Oosterom and Strackee 1983).
-    """
-    to_a, to_b, to_c = a - points, b - points, c - points
-    far_a, far_b, far_c = lengths(to_a), lengths(to_b), lengths(to_c)
-    volume = (to_a * np.cross(to_b, to_c)).sum(axis=1)
-    rest = far_a * far_b * far_c
-    rest += (to_a * to_b).sum(axis=1) * far_c + (to_b * to_c).sum(axis=1) * far_a + (to_c * to_a).sum(axis=1) * far_b
-    angle: FloatArray = 2.0 * np.arctan2(volume, rest)
-    return angle
 
 
 def _base(base: Polygon) -> Polygon:
@@ -162,7 +195,7 @@ def _base(base: Polygon) -> Polygon:
     return base
 
 
-def _height(base: Polygon, vector: FloatArray, what: str) -> float:
+def _rise(base: Polygon, vector: FloatArray, what: str) -> float:
     """How far a vector leads out of the plane of a base, refused if it does not."""
     height = float(base._normal @ vector)
     if abs(height) <= TOLERANCE * max(base.size, float(np.linalg.norm(vector))):

@@ -18,7 +18,7 @@ from rbs_core.geometry.described import as_direction, as_place, as_smaller, coor
 from rbs_core.geometry.frames import along, directions, lengths, perpendicular, rows_along, unit
 from rbs_core.geometry.solid import Solid
 from rbs_core.geometry.straight import Segment
-from rbs_core.space.checks import FloatArray, as_number, as_text, as_vectors
+from rbs_core.space.checks import BoolArray, FloatArray, as_number, as_text, as_vectors
 
 
 class Revolved(Solid):
@@ -82,6 +82,10 @@ class StraightProfile(Revolved):
     def _profile_nearest(self, r: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         _, nearest_r, nearest_z = outline.nearest_of(self._corners, r, z)
         return np.abs(nearest_r), nearest_z
+
+    def _contains(self, points: FloatArray) -> BoolArray:
+        outward, z = self._split(points)
+        return outline.covered_by(self._corners, lengths(outward), z, self._round_off(points))
 
     def _reaches(self, direction: FloatArray) -> float:
         across, slope = self._across(direction), float(self._axis @ direction)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rbs_core.geometry.outline import distance_of, edges_of, first_crossing, inside_of, nearest_of
+from rbs_core.geometry.outline import covered_by, distance_of, edges_of, first_crossing, inside_of, nearest_of
 
 QUIET = settings(derandomize=True, deadline=None, database=None, max_examples=100)
 L_SHAPE = np.array([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)], dtype=float)
@@ -26,6 +26,16 @@ def test_inside_and_distance():
     away, nearest_x, nearest_y = nearest_of(L_SHAPE, x[1:2], y[1:2] + 2.0)
     assert away[0] == pytest.approx(np.hypot(0.5, 1.5))
     assert (nearest_x[0], nearest_y[0]) == (1.0, 2.0)
+
+
+def test_covered_is_inside_or_near(rng):
+    x, y = np.round(rng.uniform(-0.5, 2.5, (2, 9001)), 1)
+    distance = distance_of(L_SHAPE, x, y)
+    for margin in (0.0, 1e-9, 0.25):
+        assert np.array_equal(
+            covered_by(L_SHAPE, x, y, np.full(9001, margin))[np.abs(distance - margin) > 1e-12],
+            (distance <= margin)[np.abs(distance - margin) > 1e-12],
+        )
 
 
 @QUIET

@@ -7,7 +7,6 @@ import pytest
 
 from rbs_core.errors import BadInput
 from rbs_core.geometry import Box, Polygon, Prism, Pyramid, RegularPolygon, Tetrahedron
-from rbs_core.geometry.polyhedra import solid_angles
 
 SQUARE = Polygon([(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0)])
 L_SHAPE = Polygon([(0, 0, 0), (2, 0, 0), (2, 1, 0), (1, 1, 0), (1, 2, 0), (0, 2, 0)])
@@ -50,10 +49,20 @@ def test_a_prism_with_many_sides_becomes_a_cylinder():
     assert Prism(base, (0, 0, 2)).distance([[0.0, 0.0, 1.0], [3.0, 0.0, 1.0]]) == pytest.approx([-1.0, 2.0], abs=2e-3)
 
 
-def test_the_faces_of_an_octant_are_seen_under_an_eighth_of_the_full_angle():
-    angle = solid_angles(np.zeros((1, 3)), *1e3 * np.eye(3))
-    assert abs(angle[0]) == pytest.approx(np.pi / 2)
-    assert solid_angles(np.zeros((1, 3)), *np.eye(3)[::-1])[0] == pytest.approx(-angle[0])
+def test_slanted_prisms_and_pyramids_agree_with_their_sections(rng):
+    points = rng.uniform(-1.0, 3.0, (5000, 3))
+    x, y, z = points.T
+    slanted = Prism(SQUARE, (1, 0.5, 2))
+    t = z / 2.0
+    expected = (t >= 0) & (t <= 1) & (x - t >= 0) & (x - t <= 2) & (y - t / 2 >= 0) & (y - t / 2 <= 2)
+    assert np.array_equal(slanted.contains(points), expected)
+    assert np.array_equal(slanted.status(points) <= 0, expected)
+    tip = np.array([3.0, -1.0, 2.5])
+    pyramid, t = Pyramid(SQUARE, tip), z / 2.5
+    low_x, low_y, edge = t * tip[0], t * tip[1], 2.0 * (1.0 - t)
+    expected = (t >= 0) & (t <= 1) & (x >= low_x) & (x <= low_x + edge) & (y >= low_y) & (y <= low_y + edge)
+    assert np.array_equal(pyramid.contains(points), expected)
+    assert pyramid.contains([tip, tip + 1e-3, (3.001, -1.0, 2.5)]).tolist() == [True, False, False]
 
 
 @pytest.mark.parametrize(
