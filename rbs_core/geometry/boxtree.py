@@ -15,8 +15,8 @@ Indices: TypeAlias = NDArray[np.int64]
 # Whether queries (by index) may have to do with boxes: (queries, lowers (k, 3), uppers (k, 3)) -> (k,) truth values.
 Question: TypeAlias = Callable[[Indices, FloatArray, FloatArray], BoolArray]
 
-# Queries per round: what a round holds in memory is some hundred times as many pairs.
-ROUND = 1 << 14
+# Queries per round: some hundred times as many pairs should still fit the cache.
+ROUND = 1 << 11
 
 
 class BoxTree:
