@@ -14,7 +14,9 @@ from rbs_plugins.boundary.domain import BoundaryDomain
 from rbs_plugins.boundary.motion import Rotation, Translation
 from rbs_plugins.boundary.search import Search
 from rbs_plugins.constitutive.bond_based import BondBased
+from rbs_plugins.constitutive.bond_energy import BondEnergy, MeanBondEnergy
 from rbs_plugins.constitutive.dilatation import Dilatation
+from rbs_plugins.constitutive.failure import CriticalBondEnergy, CriticalNodalEnergy, critical_bond_energy
 from rbs_plugins.constitutive.fracture import Criterion, CriticalStretch, Damage
 from rbs_plugins.constitutive.ordinary import OrdinaryStateBased
 from rbs_plugins.constitutive.pairwise import PairwiseForce
@@ -35,10 +37,13 @@ from rbs_plugins.measures import FractureDissipation, KineticEnergy, StrainEnerg
 __all__ = [
     "AnimationExporter",
     "BondBased",
+    "BondEnergy",
     "BoundaryDomain",
     "CSVExporter",
     "ConnectionExporter",
     "Criterion",
+    "CriticalBondEnergy",
+    "CriticalNodalEnergy",
     "CriticalStretch",
     "Damage",
     "Dilatation",
@@ -47,6 +52,7 @@ __all__ = [
     "HDF5Exporter",
     "Kick",
     "KineticEnergy",
+    "MeanBondEnergy",
     "NeighborhoodExporter",
     "OrdinaryStateBased",
     "PairwiseForce",
@@ -61,6 +67,7 @@ __all__ = [
     "VTKExporter",
     "VTKHDFExporter",
     "VelocityVerlet",
+    "critical_bond_energy",
     "fields",
     "largest",
     "mean",
@@ -79,6 +86,8 @@ def rbs_relations() -> Iterable[type[rbs.Relation]]:
         BondBased,
         OrdinaryStateBased,
         Dilatation,
+        BondEnergy,
+        MeanBondEnergy,
         ShortRangeRepulsion,
         Search,
         Damage,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from rbs_core import BadInput, Geometry, Measure, Part
+from rbs_core import BadInput, Geometry, Measure, Part, Relation
 from rbs_core.part import Host
 from rbs_core.trigger import Clock
 from rbs_plugins.fields import breakable, damage, intact, volume
@@ -70,6 +70,14 @@ class Criterion:
     def parameters(self, force: PairwiseForce) -> dict[str, float]:
         """The numbers of the function, for the force that it belongs to."""
         return dict(self._parameters)
+
+    def function_for(self, force: PairwiseForce) -> Callable[..., Any]:
+        """The function, for the force that it belongs to."""
+        return self.function
+
+    def feeders(self, force: PairwiseForce) -> tuple[Relation, ...]:
+        """Relations that must run in front of that force, because the function asks for what they compute."""
+        return ()
 
     def mark(self, part: Host) -> None:
         """Says which bonds of a part may break; does nothing without `within`."""

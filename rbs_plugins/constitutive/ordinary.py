@@ -16,7 +16,7 @@ from rbs_plugins.constitutive.bonded import BondLoops, require_bonds
 from rbs_plugins.constitutive.dilatation import Dilatation, PresentDilatation, precision_of
 from rbs_plugins.constitutive.fracture import Criterion
 from rbs_plugins.constitutive.influence import Influence, influence_at
-from rbs_plugins.constitutive.linear_solid import constants, freed, held, linear_solid, moduli, stiffest
+from rbs_plugins.constitutive.linear_solid import beyond, beyond_in_tension, constants, freed, held, linear_solid, moduli, stiffest
 from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.constitutive.separation import fracture_energy_of_unit_stretch
 from rbs_plugins.fields import density, deviatoric_modulus, dilatation, dilatational_modulus
@@ -52,6 +52,8 @@ class OrdinaryStateBased(PairwiseForce):
     and α m = 15μ, the same as t = 3Kθ/m ω|ξ| + α ω e^d. Each node gives a bond the share of its own material. Where κ
     is zero (1-D, and the Poisson's ratio of a bond-based material) nobody needs the dilatation, and it is not computed.
     """
+
+    holds_beyond = {"tension": beyond_in_tension, "both": beyond}  # noqa: RUF012
 
     @staticmethod
     def example(part: Part) -> dict[str, Any]:
@@ -118,8 +120,13 @@ class OrdinaryStateBased(PairwiseForce):
 
     @property
     def feeders(self) -> tuple[Relation, ...]:  # type: ignore[override]
-        """The dilatation, if any bond asks for it."""
-        return () if "dilatation_i" in self._fixed else (self.dilatation,)
+        """The dilatation, if any bond asks for it, and what the criterion needs."""
+        return (*((self.dilatation,) if self.path_dependent else ()), *super().feeders)
+
+    @property
+    def path_dependent(self) -> bool:  # type: ignore[override]
+        """True if bonds feel the dilatation, which goes back when others break."""
+        return "dilatation_i" not in self._fixed
 
     def critical_stretch(self, fracture_energy: float) -> float:
         """Critical stretch for a fracture energy G0, J/m^2, by the work of pulling a body apart along a plane.
@@ -148,7 +155,7 @@ class OrdinaryStateBased(PairwiseForce):
 
     def energy_loops(self) -> BondLoops:
         """Loops with dilatations of their own: those of the present displacement, whenever somebody asks."""
-        self._present = PresentDilatation(self._scene, self.ends) if self.feeders else None
+        self._present = PresentDilatation(self._scene, self.ends) if self.path_dependent else None
         arrays = {} if self._present is None else {dilatation: self._present.arrays}
         loops = self.make_loops(super().recipe(), {"out": self._unused()}, instead=arrays)
         loops.begin()

@@ -42,14 +42,14 @@ class _Body(Body):
             "" if self.recipe.uniform else " * volume[j]"
         )
 
-    def function(self, name: str, *body: str) -> str:
+    def function(self, name: str, *body: str, more: Sequence[str] = ()) -> str:
         """The whole function: a loop over nodes with the given body."""
         r = self.recipe
         flags = (("intact", r.intact), ("breakable", r.breakable), ("volume_fraction", r.fraction),
                  ("volume", not r.uniform), ("before", r.dissipation), ("dissipation", r.dissipation))  # fmt: skip
         arrays = dict.fromkeys(a.array for a in self.used if a.field is not None)
         flagged = [flag for flag, there in flags if there]
-        names = ["offsets", "neighbors", "inverse", "y", "out", *flagged, *arrays, *self.numbers]
+        names = ["offsets", "neighbors", "inverse", "y", "out", *flagged, *more, *arrays, *self.numbers]
         loop = [*self.head, "wrong = 0", "for i in range(begin, end):", *indented([*self.row(), *body]), "return wrong"]
         return "\n".join([SUMS, f"def {name}(begin, end, thread, {', '.join(names)}):", *indented(loop)])
 
@@ -116,6 +116,22 @@ def _total(r: Recipe) -> str:
                          f"out[i] += total{body.after}", "if not isfinite(total):", "    wrong += 1")  # fmt: skip
 
 
+# what both directions of a bond must get to the bit
+_GAINED = strict("gained", "work, pull, before, extension, extension_before",
+                 "return work + 0.5 * (pull + before) * (extension - extension_before)")  # fmt: skip
+
+
+def _work(r: Recipe) -> str:
+    """Adds the work of the law since the last call to each bond."""
+    body = _Body(r, r.law_arguments)
+    own = ["bond_energy", "bond_force", "bond_extension"]
+    lines = [*body.bond(), "grown = length - 1.0 / row_inverse[q]", f"pull = {body.call('law', r.law_arguments)}",
+             "row_bond_energy[q] = gained(row_bond_energy[q], row_bond_force[q], pull, grown, row_bond_extension[q])",
+             "row_bond_force[q], row_bond_extension[q] = pull, grown"]  # fmt: skip
+    rows = [f"row_{name} = {name}[first:last]" for name in own]
+    return body.function("work", *rows, "for q in range(row_neighbors.size):", *indented(lines), more=own)
+
+
 def _energy(r: Recipe) -> str:
     body = _Body(r, r.of_energy)
     lines = [*body.bond(), f"held = 0.5 * {body.potential()}{body.weight}",
@@ -144,8 +160,9 @@ def _kinematics(r: Recipe) -> list[str]:
 @cache
 def _text(name: str, recipe: Recipe) -> Text:
     """The module of one of the loops above."""
-    make = {"force": _force, "total": _total, "energy": _energy, "stiffness": _stiffness}[name]
-    return recipe.text(*_kinematics(recipe), make(recipe))
+    make = {"force": _force, "total": _total, "energy": _energy, "stiffness": _stiffness, "work": _work}[name]
+    own = [_GAINED] if name == "work" else []
+    return recipe.text(*_kinematics(recipe), *own, make(recipe))
 
 
 def row_ranges(nodes: int) -> NDArray[np.int64]:
