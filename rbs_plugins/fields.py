@@ -36,7 +36,12 @@ bond_energy = Field("bond_energy", "bond", "scalar", "J/m^6", "w", "Work that th
 bond_force = Field("bond_force", "bond", "scalar", "N/m^6", "f", "Pairwise force at which that work has arrived.")
 bond_extension = Field("bond_extension", "bond", "scalar", "m", "e", "Extension at which that work has arrived.")
 mean_bond_energy = Field(
-    "mean_bond_energy", "node", "scalar", "J/m^6", "w", "Energy of a mean bond of the node: 2W over the family's volume."
+    "mean_bond_energy",
+    "node",
+    "scalar",
+    "J/m^6",
+    "w",
+    "Energy that a mean bond of the node holds: 2W / Σ βV.",
 )
 influence = Field("influence", "bond", "scalar", "1", "ω", "Influence function: how much a bond counts in its family.")
 inverse_weighted_volume = Field(

@@ -11,7 +11,16 @@ from rbs_core import BadInput, Field, Measure, Part, Relation, Trigger, always
 from rbs_core.relation import Fields, Key
 from rbs_core.trigger import Clock
 from rbs_plugins.constitutive.bonded import BondRelation
-from rbs_plugins.fields import bond_energy, bond_extension, bond_force, displacement, mean_bond_energy, volume
+from rbs_plugins.fields import (
+    bond_energy,
+    bond_extension,
+    bond_force,
+    displacement,
+    mean_bond_energy,
+    reference_position,
+    volume,
+)
+from rbs_plugins.loops.arguments import fields
 from rbs_plugins.loops.recipe import Recipe
 
 if TYPE_CHECKING:
@@ -65,12 +74,15 @@ class BondEnergy(BondRelation):
     @property
     def reads(self) -> Fields:  # type: ignore[override]
         """What the law asks for."""
-        return self.force.law_reads
+        asked = fields(self.force._law_arguments)
+        return tuple(dict.fromkeys(self.asked(displacement, reference_position, volume, *asked)))
 
     def attach(self) -> None:
         others = [each for each in self._scene if isinstance(each, BondEnergy) and each is not self]
         if any(each.host is self.host for each in others):
-            raise BadInput(f"{self.label}: the bonds of a part can take the work of one force, and {others[0]!r} has it")
+            raise BadInput(
+                f"{self.label}: the bonds of a part can take the work of one force, and {others[0]!r} has it"
+            )
         law = self.force.recipe()
         recipe = Recipe(law=law.law, law_arguments=law.law_arguments, sums="work", **self.processor())
         self._loops = self.make_loops(recipe, {"out": [np.zeros((len(self.part), self.part.dimension))]})

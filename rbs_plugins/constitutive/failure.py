@@ -90,7 +90,7 @@ class CriticalBondEnergy(_Energetic):
     it is not: the dilatation goes back when bonds break, and takes energy with it.
     """
 
-    FUNCTIONS = {"tension": taken_in_tension, "both": taken}  # noqa: RUF012
+    FUNCTIONS = {"tension": taken_in_tension, "both": taken}
     FORMS = (None, "incremental", "secant")
 
     def __init__(
@@ -173,11 +173,11 @@ class CriticalNodalEnergy(_Energetic):
     density W: the source compares W itself with w0, whose unit is another one. A MeanBondEnergy in front of the force
     computes w at the present displacement, so a step costs about twice as much.
 
-    It takes no fracture energy: beside a crack only part of a family is strained, so more energy is needed than that for
-    which `critical_bond_energy` gives w0, and bonds that are hardly strained fail with the others. Damage is smeared.
+    It takes no fracture energy: beside a crack only part of a family is strained, so several times more energy is
+    needed than that for which `critical_bond_energy` gives w0, and bonds that are hardly strained fail with the others.
     """
 
-    FUNCTIONS = {"tension": held_at_nodes_in_tension, "both": held_at_nodes}  # noqa: RUF012
+    FUNCTIONS = {"tension": held_at_nodes_in_tension, "both": held_at_nodes}
 
     def __init__(
         self, w0: float, *, mode: str = "tension", within: Geometry | str | None = None, release: str = "at once"

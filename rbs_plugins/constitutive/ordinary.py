@@ -16,7 +16,16 @@ from rbs_plugins.constitutive.bonded import BondLoops, require_bonds
 from rbs_plugins.constitutive.dilatation import Dilatation, PresentDilatation, precision_of
 from rbs_plugins.constitutive.fracture import Criterion
 from rbs_plugins.constitutive.influence import Influence, influence_at
-from rbs_plugins.constitutive.linear_solid import beyond, beyond_in_tension, constants, freed, held, linear_solid, moduli, stiffest
+from rbs_plugins.constitutive.linear_solid import (
+    beyond,
+    beyond_in_tension,
+    constants,
+    freed,
+    held,
+    linear_solid,
+    moduli,
+    stiffest,
+)
 from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.constitutive.separation import fracture_energy_of_unit_stretch
 from rbs_plugins.fields import density, deviatoric_modulus, dilatation, dilatational_modulus
@@ -53,7 +62,7 @@ class OrdinaryStateBased(PairwiseForce):
     is zero (1-D, and the Poisson's ratio of a bond-based material) nobody needs the dilatation, and it is not computed.
     """
 
-    holds_beyond = {"tension": beyond_in_tension, "both": beyond}  # noqa: RUF012
+    holds_beyond = {"tension": beyond_in_tension, "both": beyond}
 
     @staticmethod
     def example(part: Part) -> dict[str, Any]:

@@ -139,12 +139,6 @@ class PairwiseForce(BondRelation):
         return tuple(dict.fromkeys(self.asked(displacement, reference_position, volume, *more, *asked)))
 
     @property
-    def law_reads(self) -> Fields:
-        """Displacement, nodes, and whatever the law asks for."""
-        asked = fields(self._law_arguments)
-        return tuple(dict.fromkeys(self.asked(displacement, reference_position, volume, *asked)))
-
-    @property
     def feeders(self) -> tuple[Relation, ...]:  # type: ignore[override]
         """What the criterion needs to be computed before."""
         return self._criterion_feeders

@@ -116,20 +116,16 @@ def _total(r: Recipe) -> str:
                          f"out[i] += total{body.after}", "if not isfinite(total):", "    wrong += 1")  # fmt: skip
 
 
-# what both directions of a bond must get to the bit
-_GAINED = strict("gained", "work, pull, before, extension, extension_before",
-                 "return work + 0.5 * (pull + before) * (extension - extension_before)")  # fmt: skip
-
-
 def _work(r: Recipe) -> str:
     """Adds the work of the law since the last call to each bond."""
     body = _Body(r, r.law_arguments)
     own = ["bond_energy", "bond_force", "bond_extension"]
     lines = [*body.bond(), "grown = length - 1.0 / row_inverse[q]", f"pull = {body.call('law', r.law_arguments)}",
-             "row_bond_energy[q] = gained(row_bond_energy[q], row_bond_force[q], pull, grown, row_bond_extension[q])",
+             "row_bond_energy[q] += 0.5 * (pull + row_bond_force[q]) * (grown - row_bond_extension[q])",
              "row_bond_force[q], row_bond_extension[q] = pull, grown"]  # fmt: skip
     rows = [f"row_{name} = {name}[first:last]" for name in own]
-    return body.function("work", *rows, "for q in range(row_neighbors.size):", *indented(lines), more=own)
+    text = body.function("work", *rows, "for q in range(row_neighbors.size):", *indented(lines), more=own)
+    return text.replace(SUMS, "@njit(error_model='numpy')")  # both directions of a bond must get the same to the bit
 
 
 def _energy(r: Recipe) -> str:
@@ -161,8 +157,7 @@ def _kinematics(r: Recipe) -> list[str]:
 def _text(name: str, recipe: Recipe) -> Text:
     """The module of one of the loops above."""
     make = {"force": _force, "total": _total, "energy": _energy, "stiffness": _stiffness, "work": _work}[name]
-    own = [_GAINED] if name == "work" else []
-    return recipe.text(*_kinematics(recipe), *own, make(recipe))
+    return recipe.text(*_kinematics(recipe), make(recipe))
 
 
 def row_ranges(nodes: int) -> NDArray[np.int64]:
