@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from rbs_core.errors import BadInput, MissingField
 from rbs_core.fields import Field, FieldStore, reference_position, volume
 from rbs_core.geometry import Geometry
+from rbs_core.part.estimate import require_points
 from rbs_core.part.families import families
 from rbs_core.part.host import Host
 from rbs_core.part.neighborhoods import Bonds
@@ -96,12 +97,13 @@ class Part(Host):
 
         Raises:
             BadInput: on a spacing that is not positive, an unbounded geometry, a grid or an argument of another
-                dimension, or if no point lies in the geometry.
+                dimension, if no point lies in the geometry, or if the grid does not fit into memory.
         """
         across = self._across(thickness, area)
         cells = spacing if isinstance(spacing, Cells) else uniform(*self.geometry.bounds, spacing)
         if cells.dimension != self.dimension:
             raise BadInput(f"part '{self.name}' is {self.dimension}-D, but the grid has {cells.dimension}: {cells!r}")
+        require_points(self.name, len(cells), self.dimension)
         points = cells.points()
         inside = self.geometry.contains(points)
         if not inside.any():
@@ -231,7 +233,8 @@ class Part(Host):
 
         Raises:
             BadInput: if the horizon is not positive, or below the spacing so that nobody has a neighbor; on an unknown
-                storage, or a lattice for nodes that are not on a grid.
+                storage, or a lattice for nodes that are not on a grid; before the bonds are made, if they do not fit
+                into memory.
 
         Warns:
             UserWarning: with number and first positions, if some nodes have no neighbor.
