@@ -96,7 +96,9 @@ def test_describe_a_geometry(built_in, capsys):
 
 
 def test_describe_what_nobody_knows(built_in, capsys):
-    assert main(["describe", "Granit"]) == 1
+    assert main(["describe", "Granit"]) == 2
     message = capsys.readouterr().err
     assert message.startswith(f"rbs: {BadInput.__name__}: nobody knows 'Granit'; known are ")
+    assert main(["describe", "bondbased"]) == 2
+    assert "nobody knows 'bondbased' (did you mean BondBased?); known" in capsys.readouterr().err
     assert all(name in message for name in ("Ball", "BondBased", "damage"))
