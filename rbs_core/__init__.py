@@ -39,7 +39,7 @@ from rbs_core.geometry import (
     Where,
 )
 from rbs_core.hookspecs import hookimpl
-from rbs_core.part import Bonds, Neighborhood, Node, Part
+from rbs_core.part import Bonds, Connection, Neighborhood, Node, Part
 from rbs_core.plugins import registry
 from rbs_core.relation import Boundary, Constitutive, Exporter, Integrator, Measure, Relation
 from rbs_core.report import Report, configure_logging
@@ -59,6 +59,7 @@ __all__ = [
     "Box",
     "Checkpoint",
     "Clock",
+    "Connection",
     "Constitutive",
     "CoordinateSystem",
     "DishonestRelation",

@@ -108,7 +108,7 @@ class ManyFiles(Series):
         return np.asarray(grid.points), {name: np.asarray(grid.point_data[name]) for name in grid.point_data}
 
 
-KINDS = {".vtkhdf": OneFile, ".pvd": ManyFiles}
+KINDS: dict[str, type[OneFile | ManyFiles]] = {".vtkhdf": OneFile, ".pvd": ManyFiles}
 
 
 def series_of(folder: Path) -> list[Series]:

@@ -222,8 +222,7 @@ class Lattice(Storage):
         while len(same := same[self.steps[step[same]] == ways[same]]):
             words = bits[step[same] // self.width, here[same]]
             found[same] |= (words >> (step[same] % self.width).astype(bits.dtype)) & 1 != 0
-            step[same] += 1  # in a narrow grid, several steps lead over the same distance of cells
-            same = same[step[same] < len(self.steps)]
+            same = same[(step := step + 1)[same] < len(self.steps)]  # in a narrow grid, several steps lead as far
         return found
 
     def arrays(self) -> tuple[NDArray[Any], ...]:

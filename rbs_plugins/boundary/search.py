@@ -39,7 +39,7 @@ class Search(Relation):
     stays = True
 
     @staticmethod
-    def example(part: Part) -> dict[str, Any]:  # type: ignore[override]
+    def example(part: Part) -> dict[str, Any]:
         """Bonds within the part."""
         return {"connection": Connection(part, horizon=1.5 * (part.spacing or 1.0)), "when": every(2)}
 

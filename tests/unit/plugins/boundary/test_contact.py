@@ -10,6 +10,7 @@ from rbs_plugins import (
     BondBased,
     BoundaryDomain,
     CriticalStretch,
+    FractureDissipation,
     KineticEnergy,
     ShortRangeRepulsion,
     StrainEnergy,
@@ -21,6 +22,7 @@ from rbs_plugins.fields import (
     density,
     displacement,
     force_density,
+    fracture_dissipation,
     intact,
     kinetic_energy,
     strain_energy,
@@ -138,6 +140,23 @@ def test_a_closed_crack_is_at_rest_and_resists_from_the_first_moment():
     part[displacement][upper] = [0.0, 0.1 * DX]
     analysis.run(steps=3, dt=1e-9, force_dt=True, progress=False)
     assert np.abs(part[force_density]).max() < 1e-12 * 1e12 * DX**2
+
+
+def test_the_energy_of_failing_bonds_is_that_of_the_material_alone():
+    """Contact breaks no bond: the balance of the energies closes beside it."""
+    part = rbs.Part("bar", rbs.Box(size=(12 * DX, 4 * DX))).discretize(DX).connect(3.015 * DX)
+    part[density], part[displacement], part[velocity] = 1000.0, 0.0, part.positions * [80.0, 0.0]
+    bonds = BondBased(part, E=1e9, fracture=CriticalStretch(0.01))
+    contact = ShortRangeRepulsion(part, stiffness=5 * bonds.c)
+    energies = [KineticEnergy(part), StrainEnergy(part, [bonds, contact]), FractureDissipation(part)]
+    analysis = rbs.Analysis([*VelocityVerlet(part).step([bonds, contact]), *energies])
+    analysis.run(steps=1, dt=2e-6, progress=False)
+    start = float(part[kinetic_energy])
+    analysis.run(steps=400, dt=2e-6, progress=False)
+    assert part.bonds.has_broken
+    parts = [float(part[kind]) for kind in (kinetic_energy, strain_energy, fracture_dissipation)]
+    assert sum(parts) == pytest.approx(start, rel=5e-3)
+    assert parts[2] > 0.01 * start
 
 
 def test_nodes_at_an_irregular_rest_push_nobody(rng):

@@ -80,7 +80,8 @@ def test_unknown_name_lists_what_is_known(part):
     message = str(caught.value)
     for word in (
         "law 'law'", __file__, "part 'rod'", "'temprature_i'", "stretch, extension, length, reference_length",
-        "time, dt", "(c, s0)", "age, breakable, intact, volume_fraction", "density", "temperature", "_i or _j",
+        "time, dt", "(c, s0)", "age, breakable, contact_distance, intact, volume_fraction", "density", "temperature",
+        "_i or _j",
     ):  # fmt: skip
         assert word in message, word
     assert message.endswith(". A field of your own counts once a plugin declares it or part[field] = ... has set it")
