@@ -1,4 +1,4 @@
-"""Looking into the files that a run leaves: series of frames (.vtkhdf, .pvd), tables (.csv), pictures.
+"""Looking into the files that a run leaves: series of frames (.vtkhdf, .pvd, .h5), tables (.csv), pictures.
 
 The formats are public (VTKHDF file format specification, docs.vtk.org): it does not matter who wrote the files.
 """
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from rbs_core.errors import BadInput
 
-PICTURES = (".png", ".jpg", ".gif", ".svg")
+PICTURES = (".png", ".jpg", ".gif", ".svg", ".mp4")
 
 
 class Series(ABC):
@@ -63,21 +63,23 @@ class Series(ABC):
         return frame % count
 
 
+def opened(path: Path) -> Any:
+    """An HDF5 file to read, also while a run writes it."""
+    import h5py  # only who looks into such a file needs it
+
+    return h5py.File(path, "r", locking=False)
+
+
 class OneFile(Series):
     """A .vtkhdf file with steps."""
 
     def _times(self) -> list[float]:
-        with self._opened() as file:
+        with opened(self.path) as file:
             steps = file["VTKHDF/Steps"]
             return [float(time) for time in steps["Values"][: int(steps.attrs["NSteps"])]]
 
-    def _opened(self) -> Any:
-        import h5py  # only who looks into such a file needs it
-
-        return h5py.File(self.path, "r", locking=False)
-
     def read(self, frame: int) -> tuple[NDArray[Any], dict[str, NDArray[Any]]]:
-        with self._opened() as file:
+        with opened(self.path) as file:
             root, steps = file["VTKHDF"], file["VTKHDF/Steps"]
             counts = root["NumberOfPoints"]
             count = int(counts[min(frame, len(counts) - 1)])
@@ -108,7 +110,30 @@ class ManyFiles(Series):
         return np.asarray(grid.points), {name: np.asarray(grid.point_data[name]) for name in grid.point_data}
 
 
-KINDS: dict[str, type[OneFile | ManyFiles]] = {".vtkhdf": OneFile, ".pvd": ManyFiles}
+class RunFile(Series):
+    """A .h5 file of a whole run: its parts together, with the node fields that all of them have."""
+
+    def _times(self) -> list[float]:
+        with opened(self.path) as file:
+            return [float(time) for time in file["time"][: int(file.attrs["frames"])]]
+
+    def read(self, frame: int) -> tuple[NDArray[Any], dict[str, NDArray[Any]]]:
+        with opened(self.path) as file:
+            parts = [file["parts"][name] for name in file["parts"]]
+            fields = [{name: f for name, f in part["fields"].items() if f.attrs["at"] == "node"} for part in parts]
+            names = [name for name in fields[0] if all(name in others for others in fields)]
+            points = np.concatenate([self._placed(part, frame) for part in parts])
+            return points, {name: np.concatenate([others[name][frame] for others in fields]) for name in names}
+
+    def _placed(self, part: Any, frame: int) -> NDArray[Any]:
+        """Reference positions (n, 3) in the world, m."""
+        local = part["position"][:]
+        origin, *axes = part["placement"][frame]
+        return np.asarray(origin + local @ np.array(axes)[: local.shape[1]])
+
+
+KINDS: dict[str, type[OneFile | ManyFiles | RunFile]]
+KINDS = {".vtkhdf": OneFile, ".pvd": ManyFiles, ".h5": RunFile, ".hdf5": RunFile}
 
 
 def series_of(folder: Path) -> list[Series]:

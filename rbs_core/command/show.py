@@ -141,7 +141,7 @@ def _series(folder: Path, name: str | None) -> Series:
     found = series_of(folder)
     names = [series.path.name for series in found]
     if not found:
-        raise BadInput(f"{folder} has no frames ({' or '.join(KINDS)}): add an exporter of frames to the scene")
+        raise BadInput(f"{folder} has no frames ({', '.join(KINDS)}): add an exporter of frames to the scene")
     if name is None and len(found) > 1:
         raise BadInput(f"{folder} has several series of frames: say which, --series {' or '.join(names)}")
     if name is not None and Path(name).name not in names:

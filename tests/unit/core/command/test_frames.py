@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rbs_core import Analysis, BadInput, Measure, every
-from rbs_core.command.frames import ManyFiles, OneFile, magnitudes, pictures_of, series_of, table_of
-from rbs_plugins import VTKExporter, VTKHDFExporter
+from rbs_core import Analysis, BadInput, Box, Measure, Part, every, world
+from rbs_core.command.frames import ManyFiles, OneFile, RunFile, magnitudes, pictures_of, series_of, table_of
+from rbs_plugins import HDF5Exporter, VTKExporter, VTKHDFExporter
 from rbs_plugins.fields import displacement, velocity
 from tests.scenes import plate
 
@@ -50,6 +50,23 @@ def test_frames_come_back(written):
         np.testing.assert_array_equal(fields["velocity"][:, :2], speeds)
 
 
+def test_a_file_of_a_whole_run_with_two_parts(tmp_path):
+    turned = world.child("turned", origin=(1.0, 0.0), axes=[(0.0, 1.0), (-1.0, 0.0)])
+    one, two = plate(n=6), Part("two", Box(size=(0.1, 0.1)), system=turned).discretize(0.05)
+    two[velocity] = (1.0, 2.0)
+    writer = HDF5Exporter(one.part, [displacement, velocity, (two, velocity)], tmp_path / "run", when=every(2))
+    Analysis([*one.relations, writer], dt=one.dt).run(steps=4, progress=False)
+    (series,) = series_of(tmp_path)
+    assert isinstance(series, RunFile)
+    assert series.times == pytest.approx([2 * one.dt, 4 * one.dt])
+    points, held = series.read(1)
+    assert list(held) == ["velocity"]  # the displacement of one of them only
+    assert len(points) == len(held["velocity"]) == len(one.part) + 4
+    np.testing.assert_array_equal(points[: len(one.part), :2], one.part.positions)
+    np.testing.assert_allclose(sorted(points[len(one.part) :].tolist())[0], [0.975, -0.025, 0.0])
+    np.testing.assert_array_equal(held["velocity"][: len(one.part)], one.part[velocity])
+
+
 def test_numbers_of_frames(written):
     path, _, reader, _ = written
     series = reader(path)
@@ -60,7 +77,7 @@ def test_numbers_of_frames(written):
 
 
 def test_files_that_are_not_what_their_names_say(tmp_path):
-    for name, kind in (("a.vtkhdf", OneFile), ("b.pvd", ManyFiles)):
+    for name, kind in (("a.vtkhdf", OneFile), ("b.pvd", ManyFiles), ("c.h5", RunFile)):
         (tmp_path / name).write_text("not this")
         with pytest.raises(BadInput, match=rf"{name} cannot be read \(.*\): is it complete, or still being written\?"):
             kind(tmp_path / name)

@@ -50,7 +50,7 @@ def test_everything(out, capsys):
     files = {line.split()[0]: line for line in lines[lines.index("files") + 1 :]}
     assert files["strip.vtkhdf"].endswith(" s: damage, displacement")
     assert "3 frames, " in files["strip.vtkhdf"]
-    assert files["history.csv"].endswith("3 rows: step, time, kinetic_energy")
+    assert files["history.csv"].endswith("3 rows: step, time [s], kinetic_energy [J]")
     assert files["run.log"].endswith("messages")
     assert files["2"] == f"  2 pictures, the last one is {out / 'damage_000030.png'}"
     assert files["1"] == "  1 files of single frames"
@@ -166,4 +166,4 @@ def test_what_is_not_there(out, capsys, words, message):
 def test_folders_without_results(tmp_path, capsys):
     assert "there is no folder" in refused(capsys, tmp_path / "none")
     assert "holds no files: run something into it, rbs run FILE.py --out" in refused(capsys, tmp_path)
-    assert "has no frames (.vtkhdf or .pvd): add an exporter" in refused(capsys, tmp_path, "--frame", 0)
+    assert "has no frames (.vtkhdf, .pvd, .h5, .hdf5): add an exporter" in refused(capsys, tmp_path, "--frame", 0)
