@@ -43,11 +43,14 @@ def require_memory(nbytes: float, what: str, cure: str) -> None:
     Raises:
         BadInput: if more is needed than there is.
     """
-    if nbytes <= SMALL and not os.environ.get(VARIABLE):
-        return
-    free = free_memory()
-    if nbytes > free:
-        raise BadInput(f"{what} would need {as_text(nbytes)} of memory, and {as_text(free)} are free: {cure}")
+    if not fits(nbytes):
+        free = as_text(free_memory())
+        raise BadInput(f"{what} would need {as_text(nbytes)} of memory, and {free} are free: {cure}")
+
+
+def fits(nbytes: float) -> bool:
+    """True if so many bytes are free; of a few the system is not asked."""
+    return (nbytes <= SMALL and not os.environ.get(VARIABLE)) or nbytes <= free_memory()
 
 
 def as_text(nbytes: float) -> str:

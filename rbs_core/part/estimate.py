@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rbs_core.memory import SMALL, free_memory, require_memory
+from rbs_core.memory import fits, require_memory
 from rbs_core.part.reach import half_family_size
 from rbs_core.part.storage import TOLERANCE
 
@@ -56,13 +56,13 @@ def require_rows(owner: str, points: NDArray[np.float64], horizon: float) -> Non
         BadInput: if they need more than there is.
     """
     n = len(points)
-    if n < SAMPLE or BOND * float(n) * n <= max(SMALL, free_memory()) * SAFE:
+    if n < SAMPLE or fits(BOND * float(n) * n / SAFE):
         return
     limit = (horizon * (1 + TOLERANCE)) ** 2
     chosen = np.linspace(0, n - 1, SAMPLE).astype(np.int64)
     counts = [np.count_nonzero(((points - points[node]) ** 2).sum(axis=1) <= limit) - 1 for node in chosen]
     bonds = float(np.mean(counts)) * n
-    if BOND * bonds > SAFE * free_memory():
+    if not fits(BOND * bonds / SAFE):
         require_memory(BOND * bonds, f"part '{owner}': a list of about {bonds:.2g} directed bonds", CURE)
 
 

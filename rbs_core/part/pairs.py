@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from rbs_core.memory import SMALL, require_memory
+from rbs_core.memory import fits, require_memory
 from rbs_core.part.storage import TOLERANCE
 
 Points = NDArray[np.float64]
@@ -22,7 +22,7 @@ def pairs_between(one: Points, two: Points, horizon: float) -> Pairs:
     if not len(first) or not len(second):
         return np.empty((0, 2), np.int64)
     trees = cKDTree(one[first]), cKDTree(two[second])
-    if len(first) * len(second) * PAIR > SMALL:
+    if not fits(PAIR * len(first) * len(second)):  # were all within reach of all
         _require(int(trees[0].count_neighbors(trees[1], reach)), horizon)
     close = trees[0].sparse_distance_matrix(trees[1], reach, output_type="ndarray")
     return ordered(np.stack([first[close["i"]], second[close["j"]]], axis=1))
@@ -31,7 +31,7 @@ def pairs_between(one: Points, two: Points, horizon: float) -> Pairs:
 def pairs_among(points: Points, horizon: float) -> Pairs:
     """(k, 2) which points are within a distance of each other, the lower number first, ordered."""
     tree, reach = cKDTree(points), horizon * (1 + TOLERANCE)
-    if len(points) ** 2 * PAIR > SMALL:
+    if not fits(PAIR * len(points) ** 2):
         _require(int(tree.count_neighbors(tree, reach) - len(points)) // 2, horizon)
     return ordered(tree.query_pairs(reach, output_type="ndarray"))
 
