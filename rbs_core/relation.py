@@ -301,6 +301,9 @@ class Relation:
         return f"{type(self).__name__}({self.part.name}{given})"
 
 
+Relation.__init_subclass__()  # its own signature, for help and editors, too
+
+
 def _short(value: Any) -> str:
     if isinstance(value, np.ndarray) and value.size > 6:
         return f"<array {value.shape}>"

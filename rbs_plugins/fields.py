@@ -39,7 +39,7 @@ inverse_weighted_volume = Field(
     "scalar",
     "1/m^5",
     "1/m",
-    "One over the weighted volume Σ ω |ξ|² V of the family.",
+    "One over the weighted volume Σ ω ξ² V of the family.",
 )
 dilatation = Field(
     "dilatation", "node", "scalar", "1", "ϑ", "Growth of the family, the trace of a small strain (in 2-D in the plane)."

@@ -66,7 +66,7 @@ class PairwiseForce(BondRelation):
 
     adds: Fields = (force_density,)
     own_parameters: ClassVar[tuple[str, ...]] = ()  # computed by a subclass for laws that want them
-    example = {"law": hardening, "c": 1e18}
+    example: ClassVar[Any] = {"law": hardening, "c": 1e18}
 
     def __init__(
         self,

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 from rbs_core import BadInput, Field, registry
+from rbs_core.errors import nearest
 
 KINDS = {"node": "node field", "bond": "bond field", "part": "number of the part"}
 
@@ -48,12 +48,3 @@ def _instead(given: Any, places: Sequence[str]) -> str:
     if name in known:
         return f"; {name!r} is a name: give the field itself, as in `from rbs_plugins.fields import {name}`"
     return f"; {nearest(name, known)}"
-
-
-def nearest(name: str, known: Iterable[str]) -> str:
-    """The known names that are most like a misspelt one, or all of them if none is like it, for messages."""
-    known = sorted(known)
-    close = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
-    if close:
-        return f"the nearest names are {', '.join(close)}"
-    return f"there are {', '.join(known)}" if known else "there are none"

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbs_core import BadInput, Field, Part
-from rbs_plugins.exporters.names import field_of, nearest
+from rbs_core.errors import nearest
+from rbs_plugins.exporters.names import field_of
 
 AXES = "xyz"
 MAGNITUDE = "magnitude"
@@ -161,13 +162,9 @@ def nodes_of(owner: str, part: Part, where: Any) -> NDArray[np.int64] | None:
     """
     if where is None:
         return None
-    region = where
-    if isinstance(where, str):
-        sets: dict[str, Any] = getattr(part, "node_sets", {})
-        if where not in sets:
-            raise BadInput(f"{owner}: part '{part.name}' has no node set {where!r}: {nearest(where, sets)}")
-        region = sets[where]
-    nodes = part.where(region)
+    if isinstance(where, str) and where not in part.node_sets:
+        raise BadInput(f"{owner}: part '{part.name}' has no node set {where!r}: {nearest(where, part.node_sets)}")
+    nodes = part.where(where)
     if not len(nodes):
         raise BadInput(f"{owner}: no node of part '{part.name}' lies in {where!r}: check the region or the spacing")
     return nodes

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rbs_core import BadInput, Field
+from rbs_core.errors import nearest
 from rbs_plugins.exporters.hdf5 import FORMAT, VERSION
-from rbs_plugins.exporters.names import nearest
 
 AXES = ("x", "y", "z")
 

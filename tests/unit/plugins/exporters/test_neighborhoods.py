@@ -67,7 +67,7 @@ def test_broken_bonds(tmp_path, storage):
 
 def test_bonds_of_a_region_and_of_a_node_set(tmp_path):
     part = plate()
-    part.node_sets = {"corner": [0]}
+    part.node_sets["corner"] = [0]
     for of, nodes in ((rbs.HalfSpace((1.5, 0.0), normal=(1.0, 0.0)), [4, 9, 14]), ([7], [7]), ("corner", [0])):
         NeighborhoodExporter(part, tmp_path / "a", of=of).write(tmp_path / "a.vtu")
         _, lines, _ = read(tmp_path / "a.vtu")

@@ -25,7 +25,7 @@ def part(rng):
     made[stress] = rng.normal(size=(8, 2, 2))
     made[volume] = rng.uniform(0.5, 1.0, size=8)
     made[flag] = [1, 0, 1, 1, 0, 1, 1, 1]
-    made.node_sets = {"left_edge": np.array([0, 4]), "right_edge": np.array([3, 7])}
+    made.node_sets["left_edge"], made.node_sets["right_edge"] = [0, 4], [3, 7]
     return made
 
 
@@ -159,7 +159,7 @@ def test_what_is_no_node_field_is_refused_at_once(make, message):
         (total(displacement, component=2), "component=2 must be one of x, y, magnitude"),
         (total(stress, component="x"), "component='x' must be one of xx, xy, yx, yy, magnitude"),
         (total(damage, rbs.Box(size=(0.1, 0.1), center=(9.0, 9.0))), "no node of part 'plate' lies in Box"),
-        (total(damage, []), "a region is a geometry, a mask, indices or a function"),
+        (total(damage, []), "a region is a geometry, a mask, indices, a function or the name of a node set"),
         (total(damage, [99]), "node indices must lie in"),
     ],
     ids=str,

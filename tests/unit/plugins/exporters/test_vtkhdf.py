@@ -213,7 +213,9 @@ def test_the_name_of_the_file(tmp_path):
     assert VTKHDFExporter(part, (), tmp_path / "a").label == "VTKHDFExporter 'body' a.vtkhdf"
 
 
-@pytest.mark.parametrize(("field", "cure"), [(rbs.intact, "there are"), ("damage", "import damage"), (3, "exported")])
+@pytest.mark.parametrize(
+    ("field", "cure"), [(rbs.intact, "the nearest names are"), ("damage", "import damage"), (3, "exported")]
+)
 def test_only_fields_of_nodes_and_of_the_part(field, cure, tmp_path):
     part = rbs.Part("body", rbs.Box(size=[4.0, 4.0])).discretize(1.0).connect(1.0)
     with pytest.raises(BadInput, match=f"is no node field and no number of the part: .*{cure}"):
