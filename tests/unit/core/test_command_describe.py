@@ -75,7 +75,8 @@ def test_describe_a_field(built_in, capsys):
     assert first == "damage (φ): Broken share of the family, by volume: 1 − Σ μV / ΣV."
     assert second == "  at node, scalar, unit 1"
     assert "  Damage writes it" in users
-    assert users[-1].startswith("  depends on their arguments: BondBased, ")
+    assert users[-1].startswith("  depends on their arguments: ")
+    assert "BondBased" in users[-1]
     assert "StrainEnergy" in users[-1]
     assert not any(line.split()[0] in ("Kick", "Drift", "KineticEnergy") for line in users)
 
