@@ -243,7 +243,7 @@ class PairwiseForce(BondRelation):
             self.attach()
         self._called = True
         self._now = [clock.time, clock.dt]
-        if not self._loops.force(clock.time, clock.dt, bool(self.starts)):
+        if not self._loops.add(clock.time, clock.dt, bool(self.starts)):
             raise self._blame()
 
     def can_start(self, key: Key) -> bool:
@@ -266,7 +266,7 @@ class PairwiseForce(BondRelation):
 
         def apply(clock: Clock) -> None:
             now[:] = clock.time, clock.dt
-            if not merged.force(clock.time, clock.dt, start):
+            if not merged.add(clock.time, clock.dt, start):
                 wrong = [each for each in forces if each.forces_are_finite() is not None]
                 raise (wrong or forces)[0]._blame()
 

@@ -64,7 +64,7 @@ def of_force(force: rbs.Relation, repeats: int, figures: Figures) -> None:
 
     for threads in sorted({1, os.cpu_count() or 1}):
         numba.set_num_threads(threads)
-        loop = sample(force._loops._force, repeats)
+        loop = sample(force._loops._sum, repeats)
         figures.update({f"force_{threads}_{which}": value for which, value in loop.items()})
 
 
@@ -132,7 +132,7 @@ def law(size: str) -> Figures:
         with rbs.Analysis([force]) as analysis:
             analysis.prepare()
             force.begin(analysis.clock)
-            loops[name] = force._loops._force
+            loops[name] = force._loops._sum
     numba.set_num_threads(1)
     seconds: dict[str, list[float]] = {name: [] for name in loops}
     for _ in range(5):
