@@ -177,7 +177,7 @@ class Lattice(Storage):
         return bits
 
     def tabulate(self, field: Field, function: Of) -> None:
-        self.fields.hold(field, np.asarray(function(self.vectors * self.spacing), self.fields.dtype(field)))
+        self.fields.hold(field, function(self.spacing * self.vectors.astype(float)).astype(self.fields.dtype(field)))
 
     def cut(self, crosses: Crosses, near: NDArray[np.bool_]) -> tuple[int, int]:
         holds, crossing = self.fields.raw(intact), self._crossing(crosses, near)

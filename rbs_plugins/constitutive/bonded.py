@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbs_core import BadInput, Constitutive, Field, Part, Trigger, always
-from rbs_core.part import Connection, Host, Lattice
+from rbs_core.part import Connection, Host, Lattice, Rows
 from rbs_core.relation import Fields
 from rbs_plugins.fields import displacement, force_density, intact, reference_position, volume
-from rbs_plugins.loops import machine, roots
+from rbs_plugins.loops import machine, roots, surface
 from rbs_plugins.loops.joint import JointLoops
 from rbs_plugins.loops.lattice import LatticeLoops
 from rbs_plugins.loops.recipe import Recipe
@@ -97,7 +97,14 @@ class BondRelation(Constitutive):
         way = roots.way(real) if lattice else "hardware"
         return {"roots": way, "processor": machine.processor(), "real": real, "dimension": self.host.dimension}
 
-    def make_loops(self, recipe: Recipe, felt: dict[str, Field], cell: float, active: bool | None) -> BondLoops:
+    def make_loops(
+        self,
+        recipe: Recipe,
+        felt: dict[str, Field],
+        cell: float,
+        active: bool | None,
+        factors: NDArray[np.float64] | None = None,
+    ) -> BondLoops:
         """The loops of a recipe for bonds as they are stored.
 
         Args:
@@ -105,6 +112,7 @@ class BondRelation(Constitutive):
             felt: fields at nodes to which the loops add, by the names of the loops; "out" is the first of them.
             cell: volume of all nodes, or 1.
             active: as the user has chosen.
+            factors: (n, q) of the ends of bonds, for a recipe with a surface correction.
 
         Raises:
             BadInput: if nodes shall be skipped that cannot be.
@@ -134,6 +142,11 @@ class BondRelation(Constitutive):
             }
             return JointLoops(recipe, self.host, places, others, changing)
         inputs = {**{name: self[field] for name, field in at_nodes.items()}, **others}
+        if factors is not None and isinstance(stored, Rows):
+            inputs["stiffness_factor"] = surface.bond_factors(recipe.surface, stored, factors)
+        elif factors is not None:
+            columns = np.ascontiguousarray(factors.T)
+            inputs |= dict(zip(surface.at_nodes(recipe), columns, strict=True))
         if isinstance(stored, Lattice):
             return LatticeLoops(recipe, self.host, inputs, why is None and active is not False, changing)
         return RowLoops(recipe, self.host, inputs)

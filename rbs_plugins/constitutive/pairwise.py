@@ -16,6 +16,7 @@ from rbs_core.trigger import Clock
 from rbs_plugins.constitutive.bonded import BondRelation
 from rbs_plugins.constitutive.corrections import set_partial_volume
 from rbs_plugins.constitutive.fracture import Criterion
+from rbs_plugins.constitutive.surface import SurfaceCorrection
 from rbs_plugins.fields import (
     breakable,
     density,
@@ -50,7 +51,10 @@ class PairwiseForce(BondRelation):
         fracture: when bonds fail; never if not given.
         potential: energy w(...) of a bond, J/m^6, with dw/d(length) = law; integrated numerically if not given (8
             panels of 5 Gauss points: exact for smooth laws, off by up to 1e-3 of the energy behind a kink).
-        partial_volume: "none", or "linear" for the linear band at the edge of the horizon.
+        partial_volume: "none", "linear" for the linear band at the edge of the horizon, or "exact" for the share of
+            each cell that lies within.
+        surface_correction: "none", "volume", "force density" or "energy": a factor λ of bonds near surfaces, see
+            SurfaceCorrection.
         active: True skips nodes that nothing has reached yet, which changes no result: for bonds stored as lattice, and
             laws that are zero at rest; None (default) does so wherever it can be done, False never.
         when: trigger.
@@ -58,10 +62,10 @@ class PairwiseForce(BondRelation):
 
     Raises:
         BadLaw: if an argument name is unknown, or (at the start of the run) if a function cannot be compiled.
-        BadInput: if the part is not connected, on an unknown name of a partial volume, or a parameter that no function
-            asks for.
+        BadInput: if the part is not connected, on an unknown name of a partial volume or a surface correction, or a
+            parameter that no function asks for.
 
-    The force density is L_i = Σ_j μ f β V_j d/|d| with d = y_j − y_i (Silling 2000; Silling & Askari 2005).
+    The force density is L_i = Σ_j μ λ f β V_j d/|d| with d = y_j − y_i (Silling 2000; Silling & Askari 2005).
     """
 
     adds: Fields = (force_density,)
@@ -76,6 +80,7 @@ class PairwiseForce(BondRelation):
         *,
         potential: Callable[..., Any] | None = None,
         partial_volume: str = "none",
+        surface_correction: str = "none",
         active: bool | None = None,
         when: Trigger = always,
         **parameters: float,
@@ -100,6 +105,7 @@ class PairwiseForce(BondRelation):
         self._criterion_arguments = () if fracture is None else tuple(resolve(fracture.function, part, values))
         self._potential_arguments = () if potential is None else tuple(resolve(potential, part, values))
         self._check_asked(parameters)
+        self.surface = SurfaceCorrection(surface_correction, part, partial_volume, law, self._law_arguments)
         if fracture is not None:
             fracture.mark(part)
 
@@ -182,6 +188,7 @@ class PairwiseForce(BondRelation):
             intact=self._fracture is not None or self.may_have_broken,
             breakable=self._zoned,
             fraction=self._fraction,
+            surface=self.surface.kind,
             uniform=cell is not None,
             dissipation=recording,
             late=self._fracture is not None and self._fracture.release == "next step",
@@ -189,7 +196,7 @@ class PairwiseForce(BondRelation):
         )
         last = getattr(self, "_loops", None)
         felt = {"out": force_density, **({"dissipation": dissipation_density} if recording else {})}
-        self._loops = self.make_loops(recipe, felt, 1.0 if cell is None else cell, self._active)
+        self._loops = self.make_loops(recipe, felt, 1.0 if cell is None else cell, self._active, self.surface.factors())
         if self._called and last is not None and last.position.shape == self._loops.position.shape:
             self._loops.position[...] = last.position  # a run that goes on in the same process
 
