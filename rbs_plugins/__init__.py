@@ -16,6 +16,7 @@ from rbs_plugins.boundary.search import Search
 from rbs_plugins.constitutive.bond_based import BondBased
 from rbs_plugins.constitutive.fracture import Criterion, CriticalStretch, Damage
 from rbs_plugins.constitutive.pairwise import PairwiseForce
+from rbs_plugins.constitutive.strength import Weibull
 from rbs_plugins.exporters.picture import PictureExporter
 from rbs_plugins.exporters.table import CSVExporter, read_table
 from rbs_plugins.exporters.vtk import VTKExporter
@@ -45,6 +46,7 @@ __all__ = [
     "VTKExporter",
     "VTKHDFExporter",
     "VelocityVerlet",
+    "Weibull",
     "fields",
     "read_table",
 ]

@@ -20,6 +20,9 @@ dissipation_density = Field(
 breakable = Field(
     "breakable", "bond", "scalar", "1", "b", "1 where the bond may break, 0 in a no-fail zone.", "uint8", 1
 )
+critical_stretch = Field(
+    "critical_stretch", "node", "scalar", "1", "s0", "Stretch beyond which the bonds of the node fail."
+)
 volume_fraction = Field(
     "volume_fraction",
     "bond",
@@ -47,6 +50,7 @@ VOCABULARY = (
     damage,
     strain_energy_density,
     dissipation_density,
+    critical_stretch,
     breakable,
     volume_fraction,
     contact_distance,

@@ -107,7 +107,7 @@ class PairwiseForce(BondRelation):
         self._check_asked(parameters)
         self.surface = SurfaceCorrection(surface_correction, part, partial_volume, law, self._law_arguments)
         if fracture is not None:
-            fracture.mark(part)
+            fracture.mark(self)
 
     def _check_asked(self, parameters: dict[str, float]) -> None:
         """A keyword that no function asks for is a misspelt one."""
@@ -191,6 +191,7 @@ class PairwiseForce(BondRelation):
             surface=self.surface.kind,
             uniform=cell is not None,
             dissipation=recording,
+            scales=() if self._fracture is None else self._fracture.scales,
             late=self._fracture is not None and self._fracture.release == "next step",
             **self.processor(),
         )

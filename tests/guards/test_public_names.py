@@ -87,6 +87,7 @@ PLUGINS = [
     "VTKExporter",
     "VTKHDFExporter",
     "VelocityVerlet",
+    "Weibull",
     "fields",
     "read_table",
 ]
