@@ -10,6 +10,7 @@ from collections.abc import Iterable
 import rbs_core as rbs
 from rbs_plugins import fields
 from rbs_plugins.boundary.contact import ShortRangeRepulsion
+from rbs_plugins.boundary.damping import ViscousDamping
 from rbs_plugins.boundary.domain import BoundaryDomain
 from rbs_plugins.boundary.motion import Rotation, Translation
 from rbs_plugins.boundary.search import Search
@@ -46,6 +47,7 @@ __all__ = [
     "VTKExporter",
     "VTKHDFExporter",
     "VelocityVerlet",
+    "ViscousDamping",
     "Weibull",
     "fields",
     "read_table",
@@ -56,9 +58,9 @@ __all__ = [
 def rbs_relations() -> Iterable[type[rbs.Relation]]:
     """The built-in relations."""
     return [
-        PairwiseForce, BondBased, ShortRangeRepulsion, Search, Damage, Kick, Drift, BoundaryDomain, Translation,
-        Rotation, KineticEnergy, StrainEnergy, FractureDissipation, VTKExporter, VTKHDFExporter, CSVExporter,
-        PictureExporter,
+        PairwiseForce, BondBased, ShortRangeRepulsion, Search, Damage, Kick, Drift, BoundaryDomain, ViscousDamping,
+        Translation, Rotation, KineticEnergy, StrainEnergy, FractureDissipation, VTKExporter, VTKHDFExporter,
+        CSVExporter, PictureExporter,
     ]  # fmt: skip
 
 

@@ -38,6 +38,9 @@ contact_distance = Field(
 kinetic_energy = Field("kinetic_energy", "part", "scalar", "J", "T", "Kinetic energy of the part.")
 strain_energy = Field("strain_energy", "part", "scalar", "J", "U", "Energy in the intact bonds of the part.")
 external_work = Field("external_work", "part", "scalar", "J", "A", "Work that boundary domains have done on the part.")
+viscous_dissipation = Field(
+    "viscous_dissipation", "part", "scalar", "J", "Ψ", "Energy that viscous damping has taken from the part."
+)
 fracture_dissipation = Field(
     "fracture_dissipation", "part", "scalar", "J", "Φ", "Energy that the bonds held when they broke."
 )
@@ -57,6 +60,7 @@ VOCABULARY = (
     kinetic_energy,
     strain_energy,
     external_work,
+    viscous_dissipation,
     fracture_dissipation,
 )
 

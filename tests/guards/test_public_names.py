@@ -87,6 +87,7 @@ PLUGINS = [
     "VTKExporter",
     "VTKHDFExporter",
     "VelocityVerlet",
+    "ViscousDamping",
     "Weibull",
     "fields",
     "read_table",
