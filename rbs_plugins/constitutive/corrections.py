@@ -46,7 +46,8 @@ def cell_share(part: Host, bonds: Array) -> Array:
     Args and raises as `linear_band`.
     """
     spacing = _spacing(part, "exact")
-    radius, middle = part.bonds.horizon / spacing, np.abs(bonds) / spacing
+    # sorted, so that cells which differ in the order of components only get the same share, to the bit
+    radius, middle = part.bonds.horizon / spacing, np.sort(np.abs(bonds) / spacing, axis=1)
     share = np.ones(len(middle))
     inner, outer = np.maximum(middle - 0.5, 0.0), middle + 0.5
     share[(inner**2).sum(axis=1) >= radius**2] = 0.0
@@ -60,9 +61,7 @@ def _share_of_unit_cell(middle: Array, radius: float) -> Array:
         return np.clip(radius + 0.5 - middle[:, 0], 0.0, 1.0)
     if middle.shape[1] == 2:
         return np.clip(_square_in_disk(middle, np.full(len(middle), radius)), 0.0, 1.0)
-    # sliced across the axis of the smallest component, along which the areas change least; and cells that differ in the
-    # order of components only get the same share, to the bit
-    low, *others = np.sort(middle, axis=1).T
+    low, *others = middle.T  # sliced across the axis of the smallest component, along which areas change least
     total = np.zeros(len(middle))
     for place, weight in zip(*np.polynomial.legendre.leggauss(SLICES), strict=True):
         disk = np.sqrt(np.maximum(radius**2 - (low + 0.5 * place) ** 2, 0.0))
