@@ -178,8 +178,8 @@ def test_stable_step(ratio, scheme):
     analysis = rbs.Analysis(relations)
     limit = 2 * (math.sqrt(1 + ratio**2) - ratio) / OMEGA
     assert analysis.stable_dt() == pytest.approx(limit, rel=1e-6)
-    assert np.abs(swing(ratio, 0.99 * limit * OMEGA, 2000, scheme)).max() <= 0.011
-    assert np.abs(swing(ratio, 1.01 * limit * OMEGA, 2000, scheme)).max() > 0.02
+    assert np.abs(swing(ratio, 0.99 * limit * OMEGA, 1000, scheme)).max() <= 0.011
+    assert np.abs(swing(ratio, 1.01 * limit * OMEGA, 1000, scheme)).max() > 0.02
 
 
 def test_stable_step_of_free_nodes():
