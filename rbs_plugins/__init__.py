@@ -15,27 +15,42 @@ from rbs_plugins.boundary.domain import BoundaryDomain
 from rbs_plugins.boundary.motion import Rotation, Translation
 from rbs_plugins.boundary.search import Search
 from rbs_plugins.constitutive.bond_based import BondBased
+from rbs_plugins.constitutive.dilatation import Dilatation
 from rbs_plugins.constitutive.fracture import Criterion, CriticalStretch, Damage
+from rbs_plugins.constitutive.ordinary import OrdinaryStateBased
 from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.constitutive.strength import Weibull
+from rbs_plugins.exporters.animation import AnimationExporter
+from rbs_plugins.exporters.connections import ConnectionExporter
+from rbs_plugins.exporters.hdf5 import HDF5Exporter
+from rbs_plugins.exporters.neighborhoods import NeighborhoodExporter
 from rbs_plugins.exporters.picture import PictureExporter
+from rbs_plugins.exporters.reductions import largest, mean, smallest, total
+from rbs_plugins.exporters.run import read_run
 from rbs_plugins.exporters.table import CSVExporter, read_table
+from rbs_plugins.exporters.text import TextExporter
 from rbs_plugins.exporters.vtk import VTKExporter
 from rbs_plugins.exporters.vtkhdf import VTKHDFExporter
 from rbs_plugins.integrators.explicit import Drift, Kick, SymplecticEuler, VelocityVerlet
 from rbs_plugins.measures import FractureDissipation, KineticEnergy, StrainEnergy
 
 __all__ = [
+    "AnimationExporter",
     "BondBased",
     "BoundaryDomain",
     "CSVExporter",
+    "ConnectionExporter",
     "Criterion",
     "CriticalStretch",
     "Damage",
+    "Dilatation",
     "Drift",
     "FractureDissipation",
+    "HDF5Exporter",
     "Kick",
     "KineticEnergy",
+    "NeighborhoodExporter",
+    "OrdinaryStateBased",
     "PairwiseForce",
     "PictureExporter",
     "Rotation",
@@ -43,6 +58,7 @@ __all__ = [
     "ShortRangeRepulsion",
     "StrainEnergy",
     "SymplecticEuler",
+    "TextExporter",
     "Translation",
     "VTKExporter",
     "VTKHDFExporter",
@@ -50,7 +66,12 @@ __all__ = [
     "ViscousDamping",
     "Weibull",
     "fields",
+    "largest",
+    "mean",
+    "read_run",
     "read_table",
+    "smallest",
+    "total",
 ]
 
 
@@ -58,10 +79,32 @@ __all__ = [
 def rbs_relations() -> Iterable[type[rbs.Relation]]:
     """The built-in relations."""
     return [
-        PairwiseForce, BondBased, ShortRangeRepulsion, Search, Damage, Kick, Drift, BoundaryDomain, ViscousDamping,
-        Translation, Rotation, KineticEnergy, StrainEnergy, FractureDissipation, VTKExporter, VTKHDFExporter,
-        CSVExporter, PictureExporter,
-    ]  # fmt: skip
+        PairwiseForce,
+        BondBased,
+        OrdinaryStateBased,
+        Dilatation,
+        ShortRangeRepulsion,
+        Search,
+        Damage,
+        Kick,
+        Drift,
+        BoundaryDomain,
+        ViscousDamping,
+        Translation,
+        Rotation,
+        KineticEnergy,
+        StrainEnergy,
+        FractureDissipation,
+        VTKExporter,
+        VTKHDFExporter,
+        HDF5Exporter,
+        CSVExporter,
+        TextExporter,
+        PictureExporter,
+        AnimationExporter,
+        NeighborhoodExporter,
+        ConnectionExporter,
+    ]
 
 
 @rbs.hookimpl

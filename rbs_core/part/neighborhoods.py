@@ -125,9 +125,9 @@ class Bonds:
         """(k,) True for pairs of nodes between which there is a bond, and it is intact."""
         return self.stored.holds(np.asarray(nodes, np.int64), np.asarray(others, np.int64))
 
-    def mark(self, field: Field, geometry: Geometry) -> None:
-        """Sets a bond field of the type uint8 to 1 for bonds whose two ends lie in a geometry, to 0 for the others."""
-        self.stored.mark(field, geometry.contains(self.positions))
+    def mark(self, field: Field, region: Geometry | NDArray[np.bool_]) -> None:
+        """Sets a bond field of the type uint8 to 1 for bonds with both ends in a geometry or mask (n,), else to 0."""
+        self.stored.mark(field, region.contains(self.positions) if isinstance(region, Geometry) else region)
 
     def tabulate(self, field: Field, function: Of) -> None:
         """Sets a bond field to a function of the reference bonds ξ, (k, d) -> (k,), m; called several times."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -73,14 +74,14 @@ class SurfaceCorrection:
                 )
             self._slopes = found
 
-    def factors(self) -> Array | None:
-        """What the ends of a bond contribute; None without a correction.
+    @cached_property
+    def factors(self) -> Array:
+        """What the ends of a bond contribute: (n, 1) V / V0 of the volume method, (n, d) ratios h along the axes.
 
-        Returns:
-            (n, 1) V / V0 of the volume method, or (n, d) ratios h along the axes.
+        (n, 0) without a correction. Found once: when volumes and bonds change later, they stay.
         """
         if self.method == "none":
-            return None
+            return np.empty((len(self._host), 0))
         if self.method == "volume":
             own = self._host[volume].astype(np.float64)[:, None]
             families = family_sums(self._host, lambda bonds: self._share(bonds)[:, None])

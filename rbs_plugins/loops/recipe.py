@@ -42,9 +42,9 @@ class Recipe:
         dimension: 1, 2 or 3.
         law, criterion, potential: plain functions; the last two may be None.
         sums: what the loops are for: "force", Σ law β V d/|d|, or "total", Σ law β V of any scalar law.
-        still, scales: names of node fields that are zero where nothing has moved yet, and of those that only multiply:
+        still, scales: names of fields that are zero where nothing has moved yet, and of those that only multiply:
             a law that asks for no others may be zero at rest all the same.
-        release: energy that a bond frees when it fails, where this is not its potential; asks for what the law asks for.
+        release: energy that a failing bond frees, where this is not its potential; asks for what the law asks for.
         law_arguments, criterion_arguments, potential_arguments: resolved, in the order of the functions.
         intact: whether bonds may be broken.
         breakable: whether some bonds may not break.
@@ -163,9 +163,10 @@ class Recipe:
         return None
 
     def _resting_fields(self, arguments: tuple[Argument, ...]) -> dict[str, float]:
-        """Values at rest of the node fields of which that is known: 0 of those that are still, any of those that scale."""
+        """Values at rest of fields of which that is known: 0 of those that are still, any of those that scale."""
         values = {**dict.fromkeys(self.scales, 1.0), **dict.fromkeys(self.still, 0.0)}
-        return {a.name: values[a.name[:-2]] for a in arguments if a.kind == "node" and a.name[:-2] in values}
+        names = {a.name: a.name[:-2] if a.kind == "node" else a.name for a in arguments if a.field is not None}
+        return {name: values[field] for name, field in names.items() if field in values}
 
     def force_at(self, stretch: float, length: float) -> float:
         """The law for a bond of some reference length, in plain Python."""

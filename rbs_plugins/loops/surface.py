@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbs_core.part import Rows
+from rbs_core.part.storage import Storage
 from rbs_plugins.loops.recipe import Recipe, strict
 
 VOLUMES = "volumes"  # 2 / (a + b), for the shares a and b of whole families that the ends have
@@ -36,6 +37,13 @@ def definition(recipe: Recipe) -> list[str]:
         square = " + ".join(f"t{k} * t{k}" for k in axes)
         return [strict("surface", ", ".join([*names, "inverse"]), *parts, f"return REAL(0.5) / sqrt({square})")]
     return []
+
+
+def inputs(recipe: Recipe, stored: Storage, ends: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+    """What loops take for (n, q) factors of the ends of bonds, by name."""
+    if isinstance(stored, Rows):
+        return {"stiffness_factor": bond_factors(recipe.surface, stored, ends)}
+    return dict(zip(at_nodes(recipe), np.ascontiguousarray(ends.T), strict=True))
 
 
 def bond_factors(kind: str, stored: Rows, ends: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -66,16 +66,22 @@ KERNEL = [
 ]
 
 PLUGINS = [
+    "AnimationExporter",
     "BondBased",
     "BoundaryDomain",
     "CSVExporter",
+    "ConnectionExporter",
     "Criterion",
     "CriticalStretch",
     "Damage",
+    "Dilatation",
     "Drift",
     "FractureDissipation",
+    "HDF5Exporter",
     "Kick",
     "KineticEnergy",
+    "NeighborhoodExporter",
+    "OrdinaryStateBased",
     "PairwiseForce",
     "PictureExporter",
     "Rotation",
@@ -83,6 +89,7 @@ PLUGINS = [
     "ShortRangeRepulsion",
     "StrainEnergy",
     "SymplecticEuler",
+    "TextExporter",
     "Translation",
     "VTKExporter",
     "VTKHDFExporter",
@@ -90,7 +97,12 @@ PLUGINS = [
     "ViscousDamping",
     "Weibull",
     "fields",
+    "largest",
+    "mean",
+    "read_run",
     "read_table",
+    "smallest",
+    "total",
 ]
 
 

@@ -54,7 +54,7 @@ def whole(dimension, ratio=3.015, **options):
 def test_no_correction_in_the_bulk_by_volume(dimension):
     """Whole cells fill the ball, so V = V0 there; to what slices of cells can do in 3-D."""
     part = whole(dimension)
-    found = BondBased(part, E=E, partial_volume="exact", surface_correction="volume").surface.factors()
+    found = BondBased(part, E=E, partial_volume="exact", surface_correction="volume").surface.factors
     assert found.shape == (len(part), 1)
     assert found[len(part) // 2, 0] == pytest.approx(1.0, rel=1e-6 if dimension == 3 else 1e-13)
     assert found.max() <= 1.0 + 1e-6
@@ -63,7 +63,7 @@ def test_no_correction_in_the_bulk_by_volume(dimension):
 def test_volume_of_a_node_on_an_edge():
     """Half a disk and half of its own cell's row: columns to the right of the edge, counted here."""
     part = body(2, 3.0, (15.0, 15.0))
-    found = BondBased(part, E=E, surface_correction="volume").surface.factors()[:, 0].reshape(15, 15)
+    found = BondBased(part, E=E, surface_correction="volume").surface.factors[:, 0].reshape(15, 15)
     steps = np.arange(-3, 4)
     inside = steps[:, None] ** 2 + steps**2 <= 9
     assert found[7, 0] == pytest.approx(inside[:, 3:].sum() / (9 * math.pi), rel=1e-12)
@@ -74,7 +74,7 @@ def test_volume_of_a_node_on_an_edge():
 @pytest.mark.parametrize("dimension", [1, 2, 3])
 def test_ratios_are_those_of_sums_written_here(dimension, method):
     part = body(dimension, 2.5)
-    found = BondBased(part, E=E, surface_correction=method).surface.factors()
+    found = BondBased(part, E=E, surface_correction=method).surface.factors
     power, factor = {"force density": (3, 0), "energy": (4, 1)}[method]
     sums = np.zeros_like(part.positions)
     for i, j in part.bonds:
@@ -106,7 +106,7 @@ def test_axis_without_bonds():
     """A row of nodes in a plane has nothing across: the factor there is never asked for."""
     part = body(2, 2.0, (9.0, 1.0))
     steel = BondBased(part, E=E, surface_correction="energy")
-    assert steel.surface.factors()[:, 1].tolist() == [1.0] * 9
+    assert steel.surface.factors[:, 1].tolist() == [1.0] * 9
     part[displacement] = lambda X: 1e-3 * X
     rbs.Analysis([steel]).run(steps=1, dt=1.0, force_dt=True, progress=False)
     assert np.isfinite(part[force_density]).all()
@@ -184,7 +184,7 @@ def test_cracks_stay_soft():
         part = body(2, 2.0)
         if way != "whole":
             getattr(part.bonds, way)(rbs.Segment((0.0, -9.0), (0.0, 9.0)))
-        found[way] = BondBased(part, E=E, surface_correction="energy").surface.factors()
+        found[way] = BondBased(part, E=E, surface_correction="energy").surface.factors
     assert np.array_equal(found["whole"], found["cut"])
     assert found["remove"].max() > found["whole"].max() * 1.01 or (found["remove"] > found["whole"] * 1.01).any()
 
@@ -252,7 +252,7 @@ def test_laws_without_a_known_stiffness(law):
     part = body(2)
     with pytest.raises(BadInput, match="compares stiffnesses at rest"):
         PairwiseForce(part, law, surface_correction="energy")
-    assert PairwiseForce(part, law, surface_correction="volume").surface.factors().shape == (len(part), 1)
+    assert PairwiseForce(part, law, surface_correction="volume").surface.factors.shape == (len(part), 1)
 
 
 @pytest.mark.parametrize("storage", ["list", "lattice"])
@@ -269,6 +269,6 @@ def test_who_asks_for_none_pays_nothing(storage, monkeypatch):
     part[displacement] = 0.0
     steel = PairwiseForce(part, stiff, c=1.0)
     rbs.Analysis([steel]).run(steps=1, dt=1.0, force_dt=True, progress=False)
-    assert steel.surface.factors() is None
+    assert steel.surface.factors.shape == (len(part), 0)
     assert texts
     assert not any("surface" in piece or "factor" in piece for loops in texts for piece in loops)
