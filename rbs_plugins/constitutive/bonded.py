@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbs_core import BadInput, Constitutive, Field, Part, Trigger, always
-from rbs_core.part import Connection, Host, Lattice, Rows
+from rbs_core.part import Connection, Host, Lattice
 from rbs_core.relation import Fields
 from rbs_plugins.fields import displacement, force_density, intact, reference_position, volume
 from rbs_plugins.loops import machine, roots, surface

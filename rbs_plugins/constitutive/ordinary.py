@@ -87,8 +87,8 @@ class OrdinaryStateBased(PairwiseForce):
         )  # fmt: skip
         self._fixed = {**self._moduli(part.dimension), **self.dilatation.given}
         super().__init__(
-            part, linear_solid, fracture, potential=held, partial_volume=partial_volume, active=active, when=when,
-            **self._fixed, **parameters,
+            part, linear_solid, fracture, potential=held, partial_volume=partial_volume, surface_correction="none",
+            active=active, when=when, **self._fixed, **parameters,
         )  # fmt: skip
 
     # -- constants --------------------------------------------------------------------------------------------------

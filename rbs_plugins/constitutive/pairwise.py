@@ -339,7 +339,7 @@ class PairwiseForce(BondRelation):
     @property
     def nbytes(self) -> int:
         """Positions of the last forces, as the loops want them."""
-        return self._loops.nbytes if hasattr(self, "_loops") else 0
+        return self._loops.nbytes + self.surface.nbytes if hasattr(self, "_loops") else 0
 
     def items(self) -> int:
         return len(self.host.bonds)

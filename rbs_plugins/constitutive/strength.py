@@ -100,9 +100,18 @@ def set_limits(force: PairwiseForce, given: Any, from_energy: bool) -> None:
             where = end.positions[bad[0]].tolist()
             raise BadInput(f"{force.label}: the limit of node {bad[0]} at {where} is {values[bad[0]]:g}, not positive")
         if from_energy:
-            energies, places = np.unique(values, return_inverse=True)
-            values = np.array([force.critical_stretch(energy) for energy in energies.tolist()])[places]
+            values = _from_energies(force, values)
         _set(end, values)
+
+
+def _from_energies(force: PairwiseForce, energies: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Critical stretches (n,) for fracture energies (n,); of linear materials they go with the root."""
+    low, high = float(energies.min()), float(energies.max())
+    one, two = (force.critical_stretch(energy) / math.sqrt(energy) for energy in (low, high))
+    if math.isclose(one, two, rel_tol=1e-9):
+        return np.asarray(one * np.sqrt(energies))
+    different, places = np.unique(energies, return_inverse=True)
+    return np.array([force.critical_stretch(energy) for energy in different.tolist()])[places]
 
 
 def _set(part: Part, values: NDArray[np.float64]) -> None:

@@ -90,6 +90,11 @@ class SurfaceCorrection:
         # where no bond has a component along an axis, the factor along it is never asked for
         return np.divide(self._whole(self._slopes), found, out=np.ones_like(found), where=found > 0)
 
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the factors."""
+        return 0 if self.method == "none" else self.factors.nbytes
+
     def _share(self, bonds: Array) -> Array:
         return share_of(self._host, self._partial_volume, bonds)
 
