@@ -116,4 +116,9 @@ def rbs_fields() -> Iterable[rbs.Field]:
 @rbs.hookimpl
 def rbs_geometries() -> Iterable[type[rbs.Geometry]]:
     """The geometries of the kernel."""
-    return [rbs.Box, rbs.Ball, rbs.HalfSpace, rbs.Everywhere, rbs.Nowhere, rbs.Where]
+    return [
+        rbs.Ball, rbs.Bar, rbs.Box, rbs.Capsule, rbs.Circle, rbs.Cone, rbs.Cuboid, rbs.Cylinder, rbs.Disk,
+        rbs.Everywhere, rbs.HalfSpace, rbs.Line, rbs.Nowhere, rbs.Plane, rbs.Point, rbs.Polygon, rbs.Prism,
+        rbs.Pyramid, rbs.Ray, rbs.Rectangle, rbs.RegularPolygon, rbs.Ring, rbs.Segment, rbs.Slab,
+        rbs.SurfaceMesh, rbs.Tetrahedron, rbs.Torus, rbs.Triangle, rbs.TriangulatedSurface, rbs.Tube, rbs.Where,
+    ]  # fmt: skip
