@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rbs_core import BadInput, Constitutive, Field, Part, Trigger, always
+from rbs_core import BadInput, Constitutive, Field, NotFinite, Part, Trigger, always
+from rbs_core.honesty import not_finite
 from rbs_core.part import Connection, Host, Lattice
 from rbs_core.relation import Fields
 from rbs_plugins.fields import displacement, force_density, intact, reference_position, volume
@@ -173,3 +174,11 @@ class BondRelation(Constitutive):
                 if not np.isfinite(self[end, field]).all():
                     return end, field, self[end, field]
         return None
+
+    def blame(self) -> NotFinite:
+        """The error that names what is not finite."""
+        found = self.forces_are_finite()
+        if found is not None:
+            part, field, array = found
+            return not_finite(part, field.name, array)
+        return NotFinite(f"the forces of '{self.host.name}' overflow: look at the loads and the time step")

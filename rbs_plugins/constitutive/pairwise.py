@@ -8,8 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rbs_core import BadInput, BadLaw, NotFinite, Part, Relation, Trigger, always
-from rbs_core.honesty import not_finite
+from rbs_core import BadInput, BadLaw, Part, Relation, Trigger, always
 from rbs_core.part import Connection, Lattice
 from rbs_core.relation import Fields, Key
 from rbs_core.trigger import Clock
@@ -258,7 +257,7 @@ class PairwiseForce(BondRelation):
         self._called = True
         self._now = [clock.time, clock.dt]
         if not self._loops.add(clock.time, clock.dt, bool(self.starts)):
-            raise self._blame()
+            raise self.blame()
 
     def can_start(self, key: Key) -> bool:
         return isinstance(self._loops, LatticeLoops)
@@ -282,17 +281,9 @@ class PairwiseForce(BondRelation):
             now[:] = clock.time, clock.dt
             if not merged.add(clock.time, clock.dt, start):
                 wrong = [each for each in forces if each.forces_are_finite() is not None]
-                raise (wrong or forces)[0]._blame()
+                raise (wrong or forces)[0].blame()
 
         return apply
-
-    def _blame(self) -> NotFinite:
-        """Names what is not finite."""
-        found = self.forces_are_finite()
-        if found is not None:
-            part, field, array = found
-            return not_finite(part, field.name, array)
-        return NotFinite(f"the forces of '{self.host.name}' overflow: look at the loads and the time step")
 
     def compile_energy(self, out: NDArray[np.float64]) -> None:
         """Makes `energy` ready; called after `attach` by whoever will ask for energies.
