@@ -49,6 +49,7 @@ class Recipe:
         intact: whether bonds may be broken.
         breakable: whether some bonds may not break.
         fraction: whether neighbors count with a volume fraction.
+        surface: how factors of the ends of a bond make one of the bond, see `surface`; "" if there are none.
         uniform: whether all volumes are equal.
         dissipation: whether the energy of breaking bonds is recorded.
         late: whether a failing bond carries its force for the rest of the step.
@@ -67,6 +68,7 @@ class Recipe:
     intact: bool = False
     breakable: bool = False
     fraction: bool = False
+    surface: str = ""
     uniform: bool = True
     dissipation: bool = False
     late: bool = False
