@@ -145,7 +145,7 @@ class MeanBondEnergy(Measure):
         law = self.force.recipe()
         recipe = replace(
             law, law=one, law_arguments=(), criterion=None, criterion_arguments=(), potential=None,
-            potential_arguments=(), release=None, intact=False, breakable=False, dissipation=False, late=False,
+            potential_arguments=(), surface="", intact=False, breakable=False, dissipation=False, late=False,
             sums="total",
         )  # fmt: skip
         loops = self.force.make_loops(recipe, {"out": [sums]}, False)

@@ -87,7 +87,7 @@ class CriticalBondEnergy(_Energetic):
 
     The work of the tractions on a plane along which a body is pulled apart is the sum of the work of its bonds, so with
     the incremental form it is G0 whatever the law and the order of failure. With the secant form of a state-based solid
-    it is not: the dilatation goes back when bonds break, and takes energy with it.
+    it is not: the dilatation goes back when bonds break, and takes energy with it. Surface corrections are refused.
     """
 
     FUNCTIONS = {"tension": taken_in_tension, "both": taken}
@@ -148,6 +148,7 @@ class CriticalBondEnergy(_Energetic):
         return {"w0": critical_bond_energy(self.fracture_energy, host.dimension, host.bonds.horizon, across)}
 
     def feeders(self, force: PairwiseForce) -> tuple[Relation, ...]:
+        _require_no_factors(self, force)
         if self.form_for(force) == "secant":
             return ()
         return (BondEnergy(_part(self, force), force, when=force.when),)
@@ -189,6 +190,7 @@ class CriticalNodalEnergy(_Energetic):
         return {"w0": self.w0}
 
     def feeders(self, force: PairwiseForce) -> tuple[Relation, ...]:
+        _require_no_factors(self, force)
         return (MeanBondEnergy(_part(self, force), force, when=force.when),)
 
     def __repr__(self) -> str:
@@ -199,6 +201,11 @@ def _part(criterion: Criterion, force: PairwiseForce) -> Part:
     if not isinstance(force.host, Part):
         raise BadInput(f"{force.label}: {criterion!r} is for bonds within a part: take a critical stretch here")
     return force.host
+
+
+def _require_no_factors(criterion: Criterion, force: PairwiseForce) -> None:
+    if force.surface.kind:
+        raise BadInput(f"{force.label}: {criterion!r} does not know the factors of a surface correction: leave it out")
 
 
 def _require_positive(name: str, what: str, value: float | None) -> None:

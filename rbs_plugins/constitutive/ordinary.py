@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rbs_core import BadInput, Part, Relation, Trigger, always
+from rbs_core import BadInput, Part, Trigger, always
 from rbs_core.part import Connection
 from rbs_plugins.constitutive.bond_based import plane_of
 from rbs_plugins.constitutive.bonded import BondLoops, require_bonds
@@ -96,11 +96,12 @@ class OrdinaryStateBased(PairwiseForce):
             part, influence, weighted_volume=weighted_volume, partial_volume=partial_volume,
             within=[each.dilatation for each in self._between], when=when,
         )  # fmt: skip
-        self._fixed = {**self._moduli(part.dimension), **self.dilatation.given}
+        self._fixed = {**self._moduli(part), **self.dilatation.given}
         super().__init__(
-            part, linear_solid, fracture, potential=held, partial_volume=partial_volume, active=active, when=when,
-            **self._fixed, **parameters,
+            part, linear_solid, fracture, potential=held, partial_volume=partial_volume, surface_correction="none",
+            active=active, when=when, **self._fixed, **parameters,
         )  # fmt: skip
+        self.feeders = (*((self.dilatation,) if self.path_dependent else ()), *self.feeders)
 
     # -- constants --------------------------------------------------------------------------------------------------
 
@@ -109,10 +110,10 @@ class OrdinaryStateBased(PairwiseForce):
         """Whose constants the nodes have: itself, or the solids of the parts that a connection joins."""
         return self._between or (self,)
 
-    def _moduli(self, dimension: int) -> dict[str, float]:
+    def _moduli(self, host: Part | Connection) -> dict[str, float]:
         """The moduli as numbers if they are the same everywhere; otherwise they become fields of the parts."""
         fields = {
-            dilatational_modulus: [s.gamma / dimension for s in self.solids],
+            dilatational_modulus: [s.gamma / host.dimension for s in self.solids],
             deviatoric_modulus: [s.pull for s in self.solids],
         }
         distinct = {field: np.unique(np.concatenate([np.ravel(v) for v in values])) for field, values in fields.items()}
@@ -121,16 +122,11 @@ class OrdinaryStateBased(PairwiseForce):
             given = {f"{field.name}_{end}": float(each[0]) for field, each in distinct.items() for end in "ij"}
         else:
             for field, values in fields.items():
-                for solid, value in zip(self.solids, values, strict=True):
-                    solid.part[field] = value
+                for end, value in zip(host.ends if isinstance(host, Connection) else [host], values, strict=True):
+                    end[field] = value
         if not distinct[dilatational_modulus].any():
             given |= {"dilatation_i": 0.0, "dilatation_j": 0.0}
         return given
-
-    @property
-    def feeders(self) -> tuple[Relation, ...]:  # type: ignore[override]
-        """The dilatation, if any bond asks for it, and what the criterion needs."""
-        return (*((self.dilatation,) if self.path_dependent else ()), *super().feeders)
 
     @property
     def path_dependent(self) -> bool:  # type: ignore[override]
@@ -157,10 +153,11 @@ class OrdinaryStateBased(PairwiseForce):
     # -- loops ------------------------------------------------------------------------------------------------------
 
     def recipe(self) -> Recipe:
+        recipe = super().recipe()
+        scales = ("inverse_weighted_volume", "influence", "dilatational_modulus", "deviatoric_modulus")
         return replace(
-            super().recipe(), release=freed if self._recording else None, still=("dilatation",),
-            scales=("inverse_weighted_volume", "influence", "dilatational_modulus", "deviatoric_modulus"),
-        )  # fmt: skip
+            recipe, freed=freed if self._recording else None, still=("dilatation",), scales=(*recipe.scales, *scales)
+        )
 
     def energy_loops(self) -> BondLoops:
         """Loops with dilatations of their own: those of the present displacement, whenever somebody asks."""
@@ -171,6 +168,7 @@ class OrdinaryStateBased(PairwiseForce):
         return loops
 
     def energy(self, out: NDArray[np.float64], part: Part | None = None) -> None:
+        self._loops_of_energy()
         if self._present is not None:
             self._present.refresh(*self._now)
         super().energy(out, part)

@@ -138,6 +138,12 @@ def test_within():
     assert np.array_equal(part.bonds.intact, part[breakable] == 0)
 
 
+def test_surface_corrections_are_refused():
+    for criterion in (CriticalNodalEnergy(1.0), CriticalBondEnergy(1.0), CriticalBondEnergy(1.0, form="incremental")):
+        with pytest.raises(BadInput, match="does not know the factors of a surface correction"):
+            BondBased(plate(), E=1e9, fracture=criterion, surface_correction="volume")
+
+
 def test_one_work_for_the_bonds_of_a_part():
     part = plate("list")
     forces = [BondBased(part, E=1e9, fracture=CriticalBondEnergy(1.0, form="incremental")) for _ in range(2)]
