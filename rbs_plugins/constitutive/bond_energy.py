@@ -84,7 +84,9 @@ class BondEnergy(BondRelation):
                 f"{self.label}: the bonds of a part can take the work of one force, and {others[0]!r} has it"
             )
         law = self.force.recipe()
-        recipe = Recipe(law=law.law, law_arguments=law.law_arguments, sums="work", **self.processor())
+        recipe = Recipe(
+            law=law.law, law_arguments=law.law_arguments, sums="work", uniform=law.uniform, **self.processor()
+        )
         self._loops = self.make_loops(recipe, {"out": [np.zeros((len(self.part), self.part.dimension))]})
 
     def begin(self, clock: Clock) -> None:
