@@ -1,10 +1,10 @@
 """Direction of a crack under tension and shear, which depends on Poisson's ratio (section 5.2 of Sarego 2016).
 
-A square plate, notched from its left edge to its centre, is stretched and sheared at the same rate v/a, so that
-σ22 = E v t/a, σ12 = μ v t/a and σ11 = 0. The largest principal stress is normal to a line at ψ = ½ arctan(1/(1 + ν))
-from the notch: 21.14° for ν = 0.1 (21.17° in print) and 17.77° for ν = 0.4. The dissertation of G. Sarego (Padova),
-after Silling et al. (2007), says that cracks begin to follow it as m = δ/h grows from 3 to 7. Ordinary state-based solid
-in plane stress, critical stretch 0.1 %.
+A square plate, notched from its left edge to its centre, is stretched and sheared at the same rate v/a, so that σ22 = E
+v t/a, σ12 = μ v t/a and σ11 = 0. The largest principal stress is normal to a line at ψ = ½ arctan(1/(1 + ν)) from the
+notch: 21.14° for ν = 0.1 (21.17° in print) and 17.77° for ν = 0.4. The dissertation of G. Sarego (Padova), after
+Silling et al. (2007), says that cracks begin to follow it as m = δ/h grows from 3 to 7. Ordinary state-based solid in
+plane stress, critical stretch 0.1 %.
 
 The dissertation omits the rest. Taken here: a = 100 mm, horizon 3 mm, E = 100 GPa, 8000 kg/m³, v = 0.1 m/s. All four
 edges, one horizon deep, follow the uniform strain; all nodes start with its velocity, so no wave runs. The influence

@@ -1,16 +1,16 @@
 """Semi-circular bend: a half disk of PMMA with an inclined crack, under mode I to mode II (section 5.2 of Sarego 2016).
 
 A half disk of 50 mm radius and 5 mm thickness stands on two supports 52 mm apart and is pressed on its top. A crack of
-15 mm starts from the middle of its flat edge, at β = 0°, 10°, 30° or 50° from the vertical. The experiments are those of
-Ayatollahi, Aliha & Hassani (2006); the dissertation of G. Sarego (Padova) compares cracks with them by eye, for an
+15 mm starts from the middle of its flat edge, at β = 0°, 10°, 30° or 50° from the vertical. The experiments are those
+of Ayatollahi, Aliha & Hassani (2006); the dissertation of G. Sarego (Padova) compares cracks with them by eye, for an
 ordinary state-based solid in plane stress, with δ = 3 mm and m = 2 to 4, and m = 3 and δ = 6 to 2 mm. The critical
 stretch is that of a bond-based material, √(4πG0/(9Eδ)).
 
 The dissertation omits the rest. Taken here: E = 2.94 GPa and Poisson's ratio 0.38, which it gives for the PMMA of its
 next example; 1190 kg/m³; K_IC = 2 MPa√m, so G0 = K²/E = 1361 J/m²; the top, 3 mm wide and deep, moves down at a speed
 that grows to 0.25 m/s within 0.2 ms. The supports, of the same size, cannot move up or down. Bonds within two horizons
-of top and supports cannot break. What the crack of a linear elastic body does is known: it starts straight on for
-β = 0°, and at 70.5° to itself in pure mode II (largest hoop stress, Erdogan & Sih 1963).
+of top and supports cannot break. What the crack of a linear elastic body does is known: it starts straight on for β =
+0°, and at 70.5° to itself in pure mode II (largest hoop stress, Erdogan & Sih 1963).
 """
 
 from __future__ import annotations
@@ -155,7 +155,7 @@ def the_crack(disk: rbs.Part) -> dict[str, object]:
     when = disk[cracked_at]
     notch = disk.positions[when == when.min()]
     along = np.linalg.svd(notch - notch.mean(axis=0))[2][0]  # the straight line between the nodes on both sides
-    beta = np.arctan(along[0] / along[1])
+    beta = np.arctan2(*(along * np.sign(along[1])))
     new = (when > when.min()) & (when < NEVER)
     way = disk.positions - CRACK * np.array([np.sin(beta), np.cos(beta)])
     distance = np.hypot(*way.T)

@@ -163,7 +163,8 @@ class OrdinaryStateBased(PairwiseForce):
         """Loops with dilatations of their own: those of the present displacement, whenever somebody asks."""
         self._present = PresentDilatation(self._scene, self.ends) if self.path_dependent else None
         arrays = {} if self._present is None else {dilatation: self._present.arrays}
-        loops = self.make_loops(super().recipe(), {"out": self._unused()}, instead=arrays)
+        recipe = replace(super().recipe(), dissipation=False)  # only the force breaks bonds
+        loops = self.make_loops(recipe, {"out": self._unused()}, instead=arrays)
         loops.begin()
         return loops
 

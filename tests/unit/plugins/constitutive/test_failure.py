@@ -14,6 +14,8 @@ from rbs_plugins import (
     BondEnergy,
     CriticalBondEnergy,
     CriticalNodalEnergy,
+    CriticalStretch,
+    FractureDissipation,
     MeanBondEnergy,
     OrdinaryStateBased,
     PairwiseForce,
@@ -24,7 +26,9 @@ from rbs_plugins.fields import (
     bond_energy,
     breakable,
     displacement,
+    fracture_dissipation,
     mean_bond_energy,
+    strain_energy,
     strain_energy_density,
     volume,
     volume_fraction,
@@ -129,6 +133,15 @@ def test_mean_energy_of_nodes(storage, partial):
     step(force)
     ends = np.repeat(np.arange(len(part)), np.diff(offsets))
     assert np.array_equal(~part.bonds.intact, 0.5 * (means[ends] + means[neighbors]) > limit)
+
+
+@pytest.mark.parametrize("storage", ["list", "lattice"])
+def test_energies_of_a_solid_whose_dissipation_is_recorded(storage):
+    part = plate(storage)
+    solid = OrdinaryStateBased(part, E=1e9, nu=0.2, fracture=CriticalStretch(1e-4))
+    step(solid, StrainEnergy(part, [solid]), FractureDissipation(part))
+    assert part[strain_energy] > 0
+    assert part[fracture_dissipation] > 0
 
 
 def test_within():
