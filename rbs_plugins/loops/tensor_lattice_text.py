@@ -1,0 +1,394 @@
+"""Text of correspondence loops over a lattice: range of cells -> block of cells -> steps -> cells.
+
+Every cell sums over its whole family, ahead and back, so no range writes what another one reads or writes: any number
+of threads, and any order of ranges, gives the same bits. A step ahead and the same step back share their products, and
+a few steps are taken at once, so that the sums of a cell are loaded and stored once for all of them. A block is so small
+that its sums and what it reads of a row of cells stay in the first cache.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+from rbs_plugins.loops.arguments import Argument
+from rbs_plugins.loops.lattice_text import CHUNK, PLAIN, LatticeBody, kinematics
+from rbs_plugins.loops.loop import Text
+from rbs_plugins.loops.recipe import indented
+from rbs_plugins.loops.tensor_recipe import TensorRecipe, entries, gradient, inverse_of_shape, packed
+
+BLOCK = {1: 1024, 2: 256, 3: 128}  # cells
+AT_ONCE = {1: 1, 2: 2, 3: 2}  # steps
+
+
+class _Sums:
+    """Pieces of the text of one loop over families.
+
+    Args:
+        r: recipe.
+        name: of the function.
+        sums: how many sums a cell has, `s0` and so on.
+        arrays: by-cell arrays that a step looks at: name -> (number of rows, 0 for a flat one, where: letters of "ifb"
+            for the cell itself, ahead and back).
+        tables: (h, k) numbers of a step: name -> k.
+    """
+
+    def __init__(
+        self, r: TensorRecipe, name: str, sums: int, arrays: dict[str, tuple[int, str]], tables: dict[str, int]
+    ) -> None:
+        self.r, self.name, self.sums, self.tables = r, name, sums, tables
+        self.arrays = arrays if r.uniform else {**arrays, "volume": (0, "fb")}
+        self.count = AT_ONCE[r.dimension]
+
+    def _passed(self) -> dict[str, str]:
+        """Parameters of the innermost function, and what is passed."""
+        found = {}
+        for name, (rows, where) in self.arrays.items():
+            for n, row in enumerate([f"{k}, " for k in range(rows)] or [""]):
+                suffix = str(n) if rows else ""
+                if "i" in where:
+                    found[f"here_{name}{suffix}"] = f"{name}[{row}a:e]"
+                for step in range(self.count):
+                    if "f" in where:
+                        found[f"ahead{step}_{name}{suffix}"] = f"{name}[{row}a + s{step}:e + s{step}]"
+                    if "b" in where:
+                        found[f"back{step}_{name}{suffix}"] = f"{name}[{row}a - s{step}:e - s{step}]"
+        for step in range(self.count):
+            found[f"forth_bits{step}"] = f"bits[words[k + {step}], a:e]"
+            found[f"back_bits{step}"] = f"bits[words[k + {step}], a - s{step}:e - s{step}]"
+            found[f"bit{step}"] = f"masks[k + {step}]"
+            for name, columns in self.tables.items():
+                found |= {f"{name}{step}_{n}": f"{name}[k + {step}, {n}]" for n in range(columns)}
+        return found | {f"own{n}": f"own{n}" for n in range(self.sums)}
+
+    def text(
+        self,
+        step: Callable[[int], list[str]],
+        close: list[str],
+        *,
+        stores: dict[str, int],
+        numbers: tuple[str, ...] = (),
+    ) -> str:
+        """The function.
+
+        Args:
+            step: lines for the cell q and step number n.
+            close: lines for the cell a + q when its sums, `own0[q]` and so on, are complete.
+            stores: arrays by cell that `close` uses: name -> number of rows, 0 for a flat one.
+            numbers: names that are passed on to `close`.
+        """
+        r, passed = self.r, self._passed()
+        hints = [*LatticeBody.hints.get(r.processor, ()), "apart()"]
+        holds = [
+            line
+            for n in range(self.count)
+            for line in (f"f{n} = (forth_bits{n}[q] & bit{n}) != 0", f"b{n} = (back_bits{n}[q] & bit{n}) != 0")
+        ]
+        lines = [*(f"s{n} = own{n}[q]" for n in range(self.sums)), *holds,
+                 *(line for n in range(self.count) for line in step(n)),
+                 *(f"own{n}[q] = s{n}" for n in range(self.sums))]  # fmt: skip
+        sweep = [*hints, "for q in range(own0.size):", *indented(lines)]
+        slices = {}
+        for name, rows in stores.items():
+            slices |= {f"{name}{n}": f"{name}[{n}, a:e]" for n in range(rows)} if rows else {name: f"{name}[a:e]"}
+        sums = {f"own{n}": f"own{n}" for n in range(self.sums)}
+        ends = [*hints, "wrong = 0", "for q in range(own0.size):", *indented(close), "return wrong"]
+        steps = ", ".join(f"s{n}" for n in range(self.count))
+        starts = ", ".join(f"steps[k + {n}]" for n in range(self.count))
+        block = [
+            f"e = min(a + {BLOCK[r.dimension]}, top)",
+            *(line for n in range(self.sums) for line in (f"own{n} = room[thread, {n}, :e - a]", f"own{n}[:] = 0")),
+            f"for k in range(0, steps.size, {self.count}):",
+            f"    {steps} = {starts}",
+            f"    sweep({', '.join(passed.values())})",
+            f"answer |= close({', '.join([*slices.values(), *sums, *numbers])})",
+        ]
+        whole = [*hints[:-1], "answer = 0", "for c in range(begin, end):",
+                 f"    top = min(margin + (c + 1) * {CHUNK}, last)",
+                 f"    for a in range(margin + c * {CHUNK}, top, {BLOCK[r.dimension]}):", *indented(block, 2),
+                 "return answer"]  # fmt: skip
+        arrays = dict.fromkeys([*self.arrays, *stores])
+        names = [*arrays, "bits", "steps", "words", "masks", *self.tables, "room", "margin", "last", *numbers]
+        return "\n\n".join([
+            "\n".join([PLAIN, f"def sweep({', '.join(passed)}):", *indented(sweep)]),
+            "\n".join([PLAIN, f"def close({', '.join([*slices, *sums, *numbers])}):", *indented(ends)]),
+            "\n".join([PLAIN, f"def {self.name}(begin, end, thread, {', '.join(names)}):", *indented(whole)]),
+        ])  # fmt: skip
+
+    def volume(self, n: int, way: str) -> str:
+        """Volume factor of the cell ahead or back."""
+        return "" if self.r.uniform else f" * {way}{n}_volume[q]"
+
+
+def _numbers(r: TensorRecipe, arguments: tuple[Argument, ...]) -> tuple[str, ...]:
+    given = dict.fromkeys(f"p_{a.name}" for a in arguments if a.kind == "parameter")
+    return ("per_horizon", "stiff", *given, "time", "dt")
+
+
+def shape(r: TensorRecipe) -> str:
+    """K^-1, Σ μ w ξ and g of every cell; answers 1 if some shape tensor is singular (empty cells are)."""
+    d = r.dimension
+    count = entries(d)
+    sums = _Sums(r, "shape", count + d, {}, {"coefficients": d, "squares": count})
+
+    def step(n: int) -> list[str]:
+        ones = [line for w, way in (("f", "ahead"), ("b", "back"))
+                for line in (f"value = REAL(1.0){sums.volume(n, way)}",
+                             f"{w}w{n} = value if {w}{n} else REAL(0.0)")]  # fmt: skip
+        both = [f"s{m} += (fw{n} + bw{n}) * squares{n}_{m}" for m in range(count)]
+        return [*ones, *both, *(f"s{count + k} += (fw{n} - bw{n}) * coefficients{n}_{k}" for k in range(d))]
+
+    trace = " + ".join(f"i{k}" for k in range(d))
+    close = [
+        *inverse_of_shape(d, "own{n}[q]"),
+        *(f"inverse{n}[q] = i{n}" for n in range(count)),
+        *(f"lean{k}[q] = REAL(0.0) if singular else own{count + k}[q]" for k in range(d)),
+        "flat = REAL(0.0) if singular else gain_flat",
+        f"gain[q] = flat + gain_trace * ({trace})",
+        "singular_cells[q] = singular",
+    ]
+    stores = {"inverse": count, "lean": d, "gain": 0, "singular_cells": 0}
+    return sums.text(step, close, stores=stores, numbers=("gain_flat", "gain_trace"))
+
+
+def _differences(r: TensorRecipe, sums: _Sums, n: int) -> list[str]:
+    """Lines that set x0, ... to μ η ahead minus μ η back of step n, and e0, ... to their sums."""
+    lines = []
+    for k in range(r.dimension):
+        ahead = f"(ahead{n}_u{k}[q] - here_u{k}[q]){sums.volume(n, 'ahead')}"
+        back = f"(here_u{k}[q] - back{n}_u{k}[q]){sums.volume(n, 'back')}"
+        lines += [f"there, behind = {ahead}, {back}",
+                  f"there, behind = there if f{n} else REAL(0.0), behind if b{n} else REAL(0.0)",
+                  f"x{k}, e{k} = there + behind, there - behind"]  # fmt: skip
+    return lines
+
+
+def _gradient_step(r: TensorRecipe, sums: _Sums) -> Callable[[int], list[str]]:
+    d = r.dimension
+
+    def step(n: int) -> list[str]:
+        products = [f"s{a * d + b} = fused(x{a}, coefficients{n}_{b}, s{a * d + b})"
+                    for a in range(d) for b in range(d)]  # fmt: skip
+        return [*_differences(r, sums, n), *products]
+
+    return step
+
+
+def _node_stores(r: TensorRecipe, arguments: tuple[Argument, ...], *whats: str) -> dict[str, int]:
+    """Arrays by cell of states and fields that functions of a node ask for."""
+    states = {f"{what}_{field.name}": r.entries_of(field) for what in whats for field in r.state}
+    return states | {a.array: 0 for a in arguments if a.kind == "node"}
+
+
+def _entry(name: str, n: int) -> str:
+    return f"{name}{n}[q]" if name.startswith(("state_", "new_")) else f"{name}[q]"
+
+
+def stress(r: TensorRecipe) -> str:
+    """B of every cell, from displacements; new states; F and P where somebody wants them.
+
+    With an even control, Σ μ w 2 g η goes to `targets`: what the force of a cell begins with where g is the same around.
+    """
+    d = r.dimension
+    more = d if r.even else 0
+    tables = {"coefficients": d, **({"pulls": 1} if r.even else {})}
+    sums = _Sums(r, "stress", d * d + more, {"u": (d, "ifb")}, tables)
+    inner = _gradient_step(r, sums)
+
+    def step(n: int) -> list[str]:
+        pulls = [f"s{d * d + k} = fused(e{k}, pulls{n}_0, s{d * d + k})" for k in range(more)]
+        return [*inner(n), *pulls]
+
+    close = [*r.states(_entry), *r.kinematics_of_node("own{n}[q]", "inverse{n}[q]"),
+             *r.stress_of_node("inverse{n}[q]", "gain[q]"), *r.new_states(_entry),
+             *(f"B{a * d + b}[q] = b{a}{b}" for a in range(d) for b in range(d))]  # fmt: skip
+    close += [f"targets{k}[q] = REAL(2.0) * gain[q] * own{d * d + k}[q]" for k in range(more)]
+    stores = {"inverse": entries(d), "gain": 0, "B": d * d, **({"targets": d} if more else {}),
+              **_node_stores(r, r.at_nodes, "state", "new")}  # fmt: skip
+    for letter in r.keeps:
+        stores[f"kept_{letter}"] = d * d + (d < 3)
+        close += [f"kept_{letter}{a * d + b}[q] = {letter}[{a}][{b}]" for a in range(d) for b in range(d)]
+        close += [f"kept_{letter}{d * d}[q] = {letter}[2][2]"] if d < 3 else []
+    return sums.text(step, close, stores=stores, numbers=_numbers(r, r.at_nodes))
+
+
+def energy(r: TensorRecipe) -> str:
+    """Strain energy density of every cell: W(F) + ½ g Σ μ w |z|², with Σ μ w |z|² = Σ μ w |η|² − H : N."""
+    d = r.dimension
+    count = d * d + (1 if r.gain else 0)
+    sums = _Sums(r, "energy", count, {"u": (d, "ifb")}, {"coefficients": d, "weights": 1})
+    inner = _gradient_step(r, sums)
+
+    def step(n: int) -> list[str]:
+        lines = inner(n)
+        for way, w in (("ahead", "f"), ("back", "b")) if r.gain else ():
+            moves = [f"({way}{n}_u{k}[q] - here_u{k}[q])" for k in range(d)]
+            square = " + ".join(f"{m} * {m}" for m in moves)
+            lines += [f"value = weights{n}_0 * ({square}){sums.volume(n, way)}",
+                      f"s{d * d} += value if {w}{n} else REAL(0.0)"]  # fmt: skip
+        return lines
+
+    held = []
+    if r.gain:
+        product = " + ".join(f"h{a}{b} * own{a * d + b}[q]" for a in range(d) for b in range(d))
+        held = [f"rest = own{d * d}[q] * per_horizon * per_horizon - ({product}) * per_horizon",
+                "held = REAL(0.5) * gain[q] * rest"]  # fmt: skip
+    values = [r._value(a, "F") for a in r.potential_arguments]
+    close = [*r.states(_entry), *r.kinematics_of_node("own{n}[q]", "inverse{n}[q]"), *held,
+             f"density0[q] = REAL(potential({', '.join(values)})){' + held' if r.gain else ''}"]  # fmt: skip
+    used = (*r.at_nodes, *r.potential_arguments)
+    stores = {"inverse": entries(d), "gain": 0, "density": 1, **_node_stores(r, used, "state")}
+    return sums.text(step, close, stores=stores, numbers=_numbers(r, used))
+
+
+def force(r: TensorRecipe) -> str:
+    """Force density times horizon of every cell, for a g that differs from cell to cell."""
+    return _force(r, "force", r.gain)
+
+
+def even_force(r: TensorRecipe) -> str:
+    """The same where g is the same for the whole family, and `targets` holds the share of the control."""
+    return _force(r, "even_force", False)
+
+
+def _force(r: TensorRecipe, name: str, gain: bool) -> str:
+    d = r.dimension
+    arrays = {"B": (d * d, "fb"), **({"u": (d, "ifb"), "gain": (0, "ifb")} if gain else {})}
+    tables = {"coefficients": d, **({"pulls": 1} if gain else {})}
+    sums = _Sums(r, name, d, arrays, tables)
+
+    def step(n: int) -> list[str]:
+        lines = []
+        for way, w in (("ahead", "f"), ("back", "b")):
+            if gain:
+                lines.append(f"{w}g = (here_gain[q] + {way}{n}_gain[q]) * pulls{n}_0")
+            for a in range(d):
+                terms = [f"{way}{n}_B{a * d + b}[q] * coefficients{n}_{b}" for b in range(d)]
+                value = f"{'' if w == 'f' else '-'}({' + '.join(terms)})"
+                if gain:
+                    value = f"({w}g * ({way}{n}_u{a}[q] - here_u{a}[q]) + {value})"
+                lines += [f"value = {value}{sums.volume(n, way)}", f"s{a} += value if {w}{n} else REAL(0.0)"]
+        return lines
+
+    before = r.gain and not gain
+    close = []
+    for a in range(d):
+        own = " + ".join(f"B{a * d + b}[q] * lean{b}[q]" for b in range(d))
+        close.append(f"targets{a}[q] {'+=' if before else '='} own{a}[q] + ({own})")
+    return sums.text(step, close, stores={"B": d * d, "lean": d, "targets": d})
+
+
+def reach(r: TensorRecipe) -> str:
+    """Σ w |K^-1 ξ| of every cell, over all bonds that were ever there, to B[0]."""
+    d = r.dimension
+    sums = _Sums(r, "reach", 1, {"inverse": (entries(d), "i")}, {"coefficients": d})
+
+    def step(n: int) -> list[str]:
+        lines = _dual(d, n, "here_inverse")
+        for way, w in (("ahead", "f"), ("back", "b")):
+            lines += [f"value = size{sums.volume(n, way)}", f"s0 += value if {w}{n} else REAL(0.0)"]
+        return lines
+
+    return sums.text(step, ["B0[q] = own0[q]"], stores={"B": 1})
+
+
+def bound(r: TensorRecipe) -> str:
+    """Σ w [(|Σ w ξ|_j + reach_j) modulus |K_j^-1 ξ| + 2 (g_i + g_j)] of every cell, reach in B[0], to targets[0]."""
+    d = r.dimension
+    arrays = {"inverse": (entries(d), "fb"), "B": (1, "fb"), "gain": (0, "ifb")}
+    sums = _Sums(r, "bound", 1, arrays, {"coefficients": d, "weights": 1})
+
+    def step(n: int) -> list[str]:
+        lines = []
+        for way, w in (("ahead", "f"), ("back", "b")):
+            lines += _dual(d, n, f"{way}{n}_inverse")
+            value = f"{way}{n}_B0[q] * size + weights{n}_0 * REAL(2.0) * (here_gain[q] + {way}{n}_gain[q])"
+            lines += [f"value = ({value}){sums.volume(n, way)}", f"s0 += value if {w}{n} else REAL(0.0)"]
+        return lines
+
+    return sums.text(step, ["targets0[q] = own0[q]"], stores={"targets": 1})
+
+
+def _dual(d: int, n: int, inverse: str) -> list[str]:
+    """Lines that set `size` to w |K^-1 ξ|."""
+    parts = [" + ".join(f"{inverse}{packed(d, a, b)}[q] * coefficients{n}_{b}" for b in range(d)) for a in range(d)]
+    return [*(f"y{a} = {part}" for a, part in enumerate(parts)),
+            f"size = sqrt({' + '.join(f'y{a} * y{a}' for a in range(d))})"]  # fmt: skip
+
+
+# -- failure of bonds ----------------------------------------------------------------------------------------------
+
+
+class _FailureBody(LatticeBody):
+    """As for bonds with a scalar law, and F and P of either end."""
+
+    def _value(self, argument: Argument) -> str:
+        if argument.kind != "given":
+            return super()._value(argument)
+        d, (letter, end) = self.recipe.dimension, argument.name.split("_")
+        side = "here" if end == "i" else "ahead"
+        entry = f"{side}_kept_{letter}{{n}}[q]"
+        return tensor_of(d, entry)
+
+    def _slices(self, zoned: bool) -> list[tuple[str, str]]:
+        found, d = super()._slices(zoned), self.recipe.dimension
+        for letter in _asked(self.recipe):
+            for n in range(d * d + (d < 3)):
+                found += [(f"here_kept_{letter}{n}", f"kept_{letter}[{n}, a:e]"),
+                          (f"ahead_kept_{letter}{n}", f"kept_{letter}[{n}, a + s:e + s]")]  # fmt: skip
+        return found
+
+
+def _asked(r: Any) -> list[str]:
+    """The tensors that the criterion asks for."""
+    return [letter for letter in r.keeps if any(a.name in (f"{letter}_i", f"{letter}_j") for a in r.criterion_arguments)]
+
+
+def tensor_of(d: int, entry: str) -> str:
+    """Source of a 3 x 3 tuple from stored entries: d x d, and the one across behind them."""
+    def one(a: int, b: int) -> str:
+        if a < d and b < d:
+            return entry.format(n=a * d + b)
+        return "REAL(0.0)" if a != b else entry.format(n=d * d)
+
+    return f"({', '.join('(' + ', '.join(one(a, b) for b in range(3)) + ')' for a in range(3))})"
+
+
+def failure(r: TensorRecipe) -> str:
+    """Breaks the bonds that fail now, each at the end where it begins; answers 1 if there are any."""
+    body = _FailureBody(r, r.criterion_arguments)
+    passed = {f"here{k}": f"u[{k}, a:e]" for k in body.axes}
+    passed |= {f"ahead{k}": f"u[{k}, a + s:e + s]" for k in body.axes}
+    passed |= dict(body._slices(r.breakable)) | dict(body._of_step()) | {each: each for each in body.numbers}
+    sweep = [*body.head, "failing = False", "for q in range(here0.size):",
+             *indented([*body.lines(), f"failing = failing | ({body.failing})"]), "return failing"]  # fmt: skip
+    release = ["for q in range(here0.size):", *indented([*body.lines(), f"if {body.failing}:",
+               "    here_bits[q] &= ~bit"])]  # fmt: skip
+    call = ", ".join(passed.values())
+    whole = [*body.head, "answer = 0", "for c in range(begin, end):",
+             *indented([f"a = margin + c * {CHUNK}", f"e = min(a + {CHUNK}, last)", "for k in range(breaks):",
+                        "    s, word = strides[k], k // width",
+                        f"    if sweep({call}):", f"        release({call})", "        answer = 1"]),
+             "return answer"]  # fmt: skip
+    arrays = ["u", "bits", *(["zone"] if r.breakable else []), *body.by_cell, *(f"kept_{x}" for x in _asked(r)),
+              "strides", "vectors", "masks", "sizes", "inverses", *body.tables]  # fmt: skip
+    names = [*arrays, "margin", "last", "width", "breaks", *body.numbers]
+    return "\n\n".join([
+        *kinematics(r)[:1],
+        "\n".join([PLAIN, f"def sweep({', '.join(passed)}):", *indented(sweep)]),
+        "\n".join([PLAIN, f"def release({', '.join(passed)}):", *indented(release)]),
+        "\n".join([PLAIN, f"def failure(begin, end, thread, {', '.join(names)}):", *indented(whole)]),
+    ])  # fmt: skip
+
+
+LOOPS = {each.__name__: each for each in (shape, stress, energy, force, even_force, reach, bound, failure)}
+
+
+@cache
+def text(name: str, recipe: TensorRecipe) -> Text:
+    """The module of one of the loops above."""
+    return recipe.text(LOOPS[name](recipe))
+
+
+__all__ = ["AT_ONCE", "BLOCK", "LOOPS", "gradient", "tensor_of", "text"]
