@@ -18,9 +18,6 @@ __all__ = [
     "principal", "product", "scaled", "spectral", "symmetric", "trace", "transpose",
 ]  # fmt: skip
 
-_TINY = 1e-30
-
-
 def identity():
     """I."""
     return ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -49,17 +46,18 @@ def transpose(A):
     return ((A[0][0], A[1][0], A[2][0]), (A[0][1], A[1][1], A[2][1]), (A[0][2], A[1][2], A[2][2]))
 
 
-def _entry(row, B, k):
-    return row[0] * B[0][k] + row[1] * B[1][k] + row[2] * B[2][k]
+def _row(a, B):
+    """The row a B, a three numbers."""
+    return (
+        a[0] * B[0][0] + a[1] * B[1][0] + a[2] * B[2][0],
+        a[0] * B[0][1] + a[1] * B[1][1] + a[2] * B[2][1],
+        a[0] * B[0][2] + a[1] * B[1][2] + a[2] * B[2][2],
+    )
 
 
 def product(A, B):
     """A B."""
-    return (
-        (_entry(A[0], B, 0), _entry(A[0], B, 1), _entry(A[0], B, 2)),
-        (_entry(A[1], B, 0), _entry(A[1], B, 1), _entry(A[1], B, 2)),
-        (_entry(A[2], B, 0), _entry(A[2], B, 1), _entry(A[2], B, 2)),
-    )
+    return (_row(A[0], B), _row(A[1], B), _row(A[2], B))
 
 
 def trace(A):
@@ -147,11 +145,11 @@ def _turn(pp, qq, pq):
     return c, t * c, t
 
 
-def _columns(V, p, q, c, s):
-    """Columns p and q of V, turned; as rows of the transpose."""
+def _turned(p, q, c, s):
+    """Two directions, turned in their plane."""
     return (
-        (c * V[p][0] - s * V[q][0], c * V[p][1] - s * V[q][1], c * V[p][2] - s * V[q][2]),
-        (s * V[p][0] + c * V[q][0], s * V[p][1] + c * V[q][1], s * V[p][2] + c * V[q][2]),
+        (c * p[0] - s * q[0], c * p[1] - s * q[1], c * p[2] - s * q[2]),
+        (s * p[0] + c * q[0], s * p[1] + c * q[1], s * p[2] + c * q[2]),
     )
 
 
@@ -161,14 +159,14 @@ def _swept(values, sides, V):
     xy, xz, yz = sides
     c, s, t = _turn(x, y, xy)
     x, y, xz, yz = x - t * xy, y + t * xy, c * xz - s * yz, s * xz + c * yz
-    first, second = _columns(V, 0, 1, c, s)
+    first, second = _turned(V[0], V[1], c, s)
     third = V[2]
     c, s, t = _turn(x, z, xz)
     x, z, xy, yz = x - t * xz, z + t * xz, -s * yz, c * yz
-    first, third = _columns((first, second, third), 0, 2, c, s)
+    first, third = _turned(first, third, c, s)
     c, s, t = _turn(y, z, yz)
     y, z, xy, xz = y - t * yz, z + t * yz, c * xy, s * xy
-    second, third = _columns((first, second, third), 1, 2, c, s)
+    second, third = _turned(second, third, c, s)
     return (x, y, z), (xy, xz, 0.0), (first, second, third)
 
 

@@ -234,7 +234,7 @@ def energy(r: TensorRecipe) -> str:
         product = " + ".join(f"h{a}{b} * own{a * d + b}[q]" for a in range(d) for b in range(d))
         held = [f"rest = own{d * d}[q] * per_horizon * per_horizon - ({product}) * per_horizon",
                 "held = REAL(0.5) * gain[q] * rest"]  # fmt: skip
-    values = [r._value(a, "F") for a in r.potential_arguments]
+    values = [r.value_of(a, "F") for a in r.potential_arguments]
     close = [*r.states(_entry), *r.kinematics_of_node("own{n}[q]", "inverse{n}[q]"), *held,
              f"density0[q] = REAL(potential({', '.join(values)})){' + held' if r.gain else ''}"]  # fmt: skip
     used = (*r.at_nodes, *r.potential_arguments)
@@ -333,14 +333,14 @@ class _FailureBody(LatticeBody):
 
     def _slices(self, zoned: bool) -> list[tuple[str, str]]:
         found, d = super()._slices(zoned), self.recipe.dimension
-        for letter in _asked(self.recipe):
+        for letter in asked(self.recipe):
             for n in range(d * d + (d < 3)):
                 found += [(f"here_kept_{letter}{n}", f"kept_{letter}[{n}, a:e]"),
                           (f"ahead_kept_{letter}{n}", f"kept_{letter}[{n}, a + s:e + s]")]  # fmt: skip
         return found
 
 
-def _asked(r: Any) -> list[str]:
+def asked(r: Any) -> list[str]:
     """The tensors that the criterion asks for."""
     return [letter for letter in r.keeps if any(a.name in (f"{letter}_i", f"{letter}_j") for a in r.criterion_arguments)]
 
@@ -371,7 +371,7 @@ def failure(r: TensorRecipe) -> str:
                         "    s, word = strides[k], k // width",
                         f"    if sweep({call}):", f"        release({call})", "        answer = 1"]),
              "return answer"]  # fmt: skip
-    arrays = ["u", "bits", *(["zone"] if r.breakable else []), *body.by_cell, *(f"kept_{x}" for x in _asked(r)),
+    arrays = ["u", "bits", *(["zone"] if r.breakable else []), *body.by_cell, *(f"kept_{x}" for x in asked(r)),
               "strides", "vectors", "masks", "sizes", "inverses", *body.tables]  # fmt: skip
     names = [*arrays, "margin", "last", "width", "breaks", *body.numbers]
     return "\n\n".join([

@@ -109,7 +109,7 @@ class TensorRecipe(Recipe):
         names, d = self._passed(), self.dimension
         entries = [f"h{a}{b}" for a in range(d) for b in range(d)]
         if self.thickness is not None:
-            call = f"thickness({', '.join(self._value(a, 'F') for a in self.thickness_arguments)})"
+            call = f"thickness({', '.join(self.value_of(a, 'F') for a in self.thickness_arguments)})"
             lines = [f"F = {gradient(d, 'h{a}{b}', 'REAL(1.0)')}", f"return REAL({call})"]
             return [strict("stretch_across", ", ".join([*entries, "stiff", *names]), *lines)]
         stress = self.call_law("F") + ("[0]" if self.state else "")
@@ -126,9 +126,9 @@ class TensorRecipe(Recipe):
     def _passed(self) -> list[str]:
         """Names of what the functions of a node need beside F."""
         every = {a.name: a for a in (*self.at_nodes, *self.potential_arguments)}
-        return list(dict.fromkeys(self._value(a, "F") for a in every.values() if a.name != "F"))
+        return list(dict.fromkeys(self.value_of(a, "F") for a in every.values() if a.name != "F"))
 
-    def _value(self, argument: Argument, F: str) -> str:
+    def value_of(self, argument: Argument, F: str) -> str:
         """Source of an argument of a function of a node; states and fields are variables s_name."""
         if argument.kind == "parameter":
             return f"p_{argument.name}"
@@ -138,7 +138,7 @@ class TensorRecipe(Recipe):
 
     def call_law(self, F: str) -> str:
         """Source of a call of the law."""
-        return f"law({', '.join(self._value(a, F) for a in self.law_arguments)})"
+        return f"law({', '.join(self.value_of(a, F) for a in self.law_arguments)})"
 
     def kinematics_of_node(self, sums: str, inverse: str) -> list[str]:
         """Lines from sums to H, F and `across`.
