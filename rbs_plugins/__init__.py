@@ -14,8 +14,17 @@ from rbs_plugins.boundary.domain import BoundaryDomain
 from rbs_plugins.boundary.motion import Rotation, Translation
 from rbs_plugins.boundary.search import Search
 from rbs_plugins.constitutive.bond_based import BondBased
+from rbs_plugins.constitutive.correspondence import Correspondence
+from rbs_plugins.constitutive.deformation_criteria import (
+    CriticalEquivalentStrain,
+    CriticalShearStrain,
+    CriticalVolumetricStrain,
+    MaximumPrincipalStress,
+)
 from rbs_plugins.constitutive.fracture import Criterion, CriticalStretch, Damage
 from rbs_plugins.constitutive.pairwise import PairwiseForce
+from rbs_plugins.constitutive.softening import BondSoftening
+from rbs_plugins.constitutive.stabilization import SillingControl, WanControl
 from rbs_plugins.exporters.picture import PictureExporter
 from rbs_plugins.exporters.table import CSVExporter, read_table
 from rbs_plugins.exporters.vtk import VTKExporter
@@ -25,26 +34,34 @@ from rbs_plugins.measures import FractureDissipation, KineticEnergy, StrainEnerg
 
 __all__ = [
     "BondBased",
+    "BondSoftening",
     "BoundaryDomain",
     "CSVExporter",
+    "Correspondence",
     "Criterion",
+    "CriticalEquivalentStrain",
+    "CriticalShearStrain",
     "CriticalStretch",
+    "CriticalVolumetricStrain",
     "Damage",
     "Drift",
     "FractureDissipation",
     "Kick",
     "KineticEnergy",
+    "MaximumPrincipalStress",
     "PairwiseForce",
     "PictureExporter",
     "Rotation",
     "Search",
     "ShortRangeRepulsion",
+    "SillingControl",
     "StrainEnergy",
     "SymplecticEuler",
     "Translation",
     "VTKExporter",
     "VTKHDFExporter",
     "VelocityVerlet",
+    "WanControl",
     "fields",
     "read_table",
 ]
@@ -54,9 +71,9 @@ __all__ = [
 def rbs_relations() -> Iterable[type[rbs.Relation]]:
     """The built-in relations."""
     return [
-        PairwiseForce, BondBased, ShortRangeRepulsion, Search, Damage, Kick, Drift, BoundaryDomain, Translation,
-        Rotation, KineticEnergy, StrainEnergy, FractureDissipation, VTKExporter, VTKHDFExporter, CSVExporter,
-        PictureExporter,
+        PairwiseForce, BondBased, Correspondence, ShortRangeRepulsion, Search, Damage, Kick, Drift, BoundaryDomain,
+        Translation, Rotation, KineticEnergy, StrainEnergy, FractureDissipation, VTKExporter, VTKHDFExporter,
+        CSVExporter, PictureExporter,
     ]  # fmt: skip
 
 

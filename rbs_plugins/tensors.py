@@ -18,6 +18,7 @@ __all__ = [
     "principal", "product", "scaled", "spectral", "symmetric", "trace", "transpose",
 ]  # fmt: skip
 
+
 def identity():
     """I."""
     return ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))

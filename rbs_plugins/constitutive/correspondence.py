@@ -15,10 +15,10 @@ from rbs_core.relation import Fields, Key
 from rbs_core.report import log
 from rbs_core.trigger import Clock
 from rbs_plugins.constitutive.bond_based import _case
-from rbs_plugins.constitutive.bonded import BondRelation
 from rbs_plugins.constitutive.corrections import set_partial_volume
+from rbs_plugins.constitutive.correspondence_bonds import CorrespondenceBonds
 from rbs_plugins.constitutive.fracture import Criterion
-from rbs_plugins.constitutive.influence import Influence, influence_function, influences
+from rbs_plugins.constitutive.influence import Influence, influence_function
 from rbs_plugins.constitutive.moduli import Moduli
 from rbs_plugins.constitutive.softening import BondSoftening
 from rbs_plugins.constitutive.stabilization import SillingControl, ZeroEnergyControl
@@ -35,16 +35,14 @@ from rbs_plugins.fields import (
     volume,
     volume_fraction,
 )
-from rbs_plugins.loops.arguments import Argument, fields, names_of
+from rbs_plugins.loops.arguments import fields, names_of
 from rbs_plugins.loops.tensor_arguments import resolve_bond, resolve_node
 from rbs_plugins.loops.tensor_lattice import TensorLatticeLoops
-from rbs_plugins.loops.tensor_recipe import TensorRecipe
-from rbs_plugins.loops.tensor_rows import TensorRowLoops
 
 CONSTANTS = ("E", "nu", "K", "G", "lame")
 
 
-class Correspondence(BondRelation):
+class Correspondence(CorrespondenceBonds):
     """Bonds whose force state is that of a classical stress law: T⟨ξ⟩ = ω P K^-1 ξ + ω g z (Silling et al. 2007).
 
     Args:
@@ -90,7 +88,7 @@ class Correspondence(BondRelation):
         G: float | None = None,
         plane: str | None = None,
         influence: Influence | str = "constant",
-        stabilization: ZeroEnergyControl | None | str = "silling",
+        stabilization: ZeroEnergyControl | str | None = "silling",
         potential: Callable[..., Any] | None = None,
         state: tuple[Field, ...] | None = None,
         partial_volume: str = "none",
@@ -143,7 +141,9 @@ class Correspondence(BondRelation):
         part, state = self.part, self._state
         self._law_arguments = resolve_node(self._law, part, values, state)
         self._across_arguments = () if self._thickness is None else resolve_node(self._thickness, part, values, state)
-        self._potential_arguments = () if self._potential is None else resolve_node(self._potential, part, values, state)
+        self._potential_arguments = (
+            () if self._potential is None else resolve_node(self._potential, part, values, state)
+        )
         criterion, soften = self._fracture, self._softening
         own = {**limits, **parameters}
         self._criterion_arguments = () if criterion is None else resolve_bond(criterion.function, part, own)
@@ -158,11 +158,6 @@ class Correspondence(BondRelation):
         missing = [field.name for field in state if field.name not in names_of(self._law)]
         if missing:
             raise BadLaw(f"{self.label}: the law does not ask for its state {', '.join(missing)}: name it in front")
-
-    @property
-    def _arguments(self) -> tuple[Argument, ...]:
-        nodes = (*self._law_arguments, *self._across_arguments, *self._potential_arguments)
-        return (*nodes, *self._criterion_arguments, *self._soft_arguments)
 
     def identity(self) -> dict[str, Any]:
         values = {argument.name: argument.value for argument in self._arguments if argument.kind == "parameter"}
@@ -199,101 +194,6 @@ class Correspondence(BondRelation):
         own = isinstance(stored, Lattice) and any(stored.fields.raw(field).ndim != 1 for field in bonds)
         changed = any(self.is_changed(field) for field in bonds)
         return ("list",) if own or changed or self._softening is not None else ("list", "lattice")
-
-    @property
-    def _zoned(self) -> bool:
-        return self._fracture is not None and self._fracture.within is not None
-
-    # -- loops ------------------------------------------------------------------------------------------------------
-
-    def attach(self) -> None:
-        if self.is_changed(volume):
-            raise BadInput(f"{self.label}: some relation changes the volumes, and shape tensors are computed once")
-        criterion = self._criterion_arguments
-        self._wants_gradient = self.wants(deformation_gradient)
-        asked = "".join(letter for letter in "FP" if any(a.name in (f"{letter}_i", f"{letter}_j") for a in criterion))
-        keeps = asked if "F" in asked or not self._wants_gradient else "F" + asked
-        self._recipe = TensorRecipe(
-            law=self._law,
-            law_arguments=self._law_arguments,
-            criterion=None if self._fracture is None else self._fracture.function,
-            criterion_arguments=criterion,
-            potential=self._potential,
-            potential_arguments=self._potential_arguments,
-            intact=self._fracture is not None or self.may_have_broken,
-            breakable=self._zoned,
-            uniform=self.uniform(volume) is not None,
-            late=self._fracture is not None and self._fracture.release == "next step",
-            case=self.case,
-            state=self._state,
-            thickness=self._thickness,
-            thickness_arguments=self._across_arguments,
-            gain=self._control is not None,
-            even=self._control is not None and self._control.even and isinstance(self.part.bonds.stored, Lattice),
-            softening=None if self._softening is None else self._softening.softening,
-            soft_arguments=self._soft_arguments,
-            keeps=keeps,
-            early=not asked,
-            **self.processor(),
-        )
-        self._bound = self.host.version
-        inputs, changing = self._inputs(), [a.array for a in self._arguments if a.kind == "node"]
-        changing = [a.array for a in self._arguments if a.kind == "node" and a.field and self.is_changed(a.field)]
-        lattice = isinstance(self.part.bonds.stored, Lattice)
-        make = TensorLatticeLoops if lattice else TensorRowLoops
-        self._loops = make(self._recipe, self.part, inputs, list(dict.fromkeys(changing)))
-        self._refuse_singular()
-
-    def _inputs(self) -> dict[str, Any]:
-        """Arrays and numbers, by the names that the loops know them by."""
-        part, r = self.part, self._recipe
-        stored, volumes = part.bonds.stored, self[volume]
-        if isinstance(stored, Lattice):
-            lengths, shares = stored.lengths, part.raw(volume_fraction) if self._fraction else 1.0
-        else:
-            lengths, shares = 1.0 / stored.inverse_lengths(), self[volume_fraction] if self._fraction else 1.0
-        omega = influences(self._influence, lengths, self.horizon, part.spacing, self.label)
-        mean = float(omega.mean()) if omega.size else 1.0
-        if not mean > 0:
-            raise BadInput(f"{self.label}: the influence '{self._influence.__name__}' is zero for all bonds")
-        mean_volume = float(volumes.mean())
-        unit, across = mean_volume * self.horizon**2, part.thickness or part.area or 1.0
-        flat, by_trace = (0.0, 0.0)
-        if self._control is not None:
-            flat, by_trace = self._control.gains(self.moduli, self.case, self.horizon, across, unit)
-        named: dict[str, Any] = {
-            "displacement": self[displacement],
-            "reference_position": self[reference_position],
-            "out": self[force_density],
-            "weights": omega / mean * shares,
-            "horizon": self.horizon,
-            "mean_volume": mean_volume,
-            "gain_flat": flat,
-            "gain_trace": by_trace,
-            "stiff": self.moduli.E if self.case == "1-D" else self.moduli.lame + 2 * self.moduli.G,
-            **{f"state_{field.name}": self[field] for field in self._state},
-            **{field.name: self.raw(field) for field in r.bond_fields},
-        }
-        if not r.uniform:
-            named["volume"] = volumes
-        if self._softening is not None:
-            named["largest_stretch"] = self[largest_stretch]
-        for argument in self._arguments:
-            if argument.kind == "parameter":
-                named[f"p_{argument.name}"] = argument.value
-            elif argument.field is not None:
-                named[argument.array] = self.raw(argument.field)
-        return named
-
-    def _refuse_singular(self) -> None:
-        bad = self._loops.check_shapes()
-        if len(bad):
-            node, counts = int(bad[0]), self.part.bonds.counts()
-            raise BadInput(
-                f"{self.label}: the shape tensor of {len(bad)} nodes is singular, first of node {node} at "
-                f"{self.part.positions[node].tolist()}, which has {counts[node]} bonds, in one plane or line if there "
-                "are any: take a larger horizon, more nodes across thin places, or another influence function"
-            )
 
     # -- work -------------------------------------------------------------------------------------------------------
 
@@ -360,8 +260,7 @@ class Correspondence(BondRelation):
     def critical_stretch(self, fracture_energy: float) -> float:
         """Critical stretch for G0, J/m^2, as if bonds were those of a bond-based material of the same bulk modulus.
 
-        sqrt(5G0/(9Kδ)) in 3-D, sqrt(πG0/(3K'δ)) in 2-D (Hashim 2021, eq. 2.26, and the same for a plane), sqrt(3G0/(Eδ))
-        in 1-D.
+        sqrt(5G0/(9Kδ)) in 3-D, sqrt(πG0/(3K'δ)) in 2-D, sqrt(3G0/(Eδ)) in 1-D (Hashim 2021, eq. 2.26 for 3-D).
         """
         factor = {"3-D": 5 / 9, "1-D": 3.0}.get(self.case, np.pi / 3)
         return float(np.sqrt(factor * fracture_energy / (self.moduli.bulk(self.case) * self.horizon)))

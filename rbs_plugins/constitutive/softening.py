@@ -43,7 +43,9 @@ class BondSoftening(Criterion):
         release: str = "at once",
     ) -> None:  # fmt: skip
         if not (np.isfinite([s_min, s0, sharpness]).all() and 0 < s_min < s0 and sharpness > 0):
-            raise BadInput(f"BondSoftening({s_min}, {s0}, sharpness={sharpness}): give 0 < s_min < s0 and sharpness > 0")
+            raise BadInput(
+                f"BondSoftening({s_min}, {s0}, sharpness={sharpness}): give 0 < s_min < s0 and sharpness > 0"
+            )
         super().__init__(beyond_tension, within=within, release=release, s_min=s_min, s0=s0, sharpness=sharpness)
 
     def parameters(self, force: Any) -> dict[str, float]:

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbs_core.part import Lattice, Part
-from rbs_plugins.loops import cells, tensor_lattice_text
+from rbs_plugins.loops import cells, tensor_cells, tensor_lattice_text
 from rbs_plugins.loops.lattice_text import CHUNK
 from rbs_plugins.loops.loop import Loop, Text
 from rbs_plugins.loops.ranges import ALIGNMENT, Cells
-from rbs_plugins.loops.tensor_lattice_text import AT_ONCE, BLOCK
-from rbs_plugins.loops.tensor_recipe import TensorRecipe, entries
+from rbs_plugins.loops.tensor_recipe import TensorRecipe, entries, packed
+from rbs_plugins.loops.tensor_sweep import AT_ONCE, BLOCK
 
 ROOM_ROWS = 12  # sums of a cell, at most
 
@@ -37,7 +37,9 @@ class TensorLatticeLoops:
         singular: (n,) whether the shape tensor of a node has no inverse.
     """
 
-    def __init__(self, recipe: TensorRecipe, part: Part, inputs: dict[str, Any], changing: Collection[str] = ()) -> None:
+    def __init__(
+        self, recipe: TensorRecipe, part: Part, inputs: dict[str, Any], changing: Collection[str] = ()
+    ) -> None:
         stored = part.bonds.stored
         assert isinstance(stored, Lattice)
         self._recipe, self._stored, self._count = recipe, stored, len(stored)
@@ -130,7 +132,7 @@ class TensorLatticeLoops:
     def _state_loop(self, name: str, function: str, which: str) -> Loop:
         field = self._state[name].reshape(len(self._stored.cells), -1)
         arrays = {"field": field, "by_cell": self._inputs[f"{which}_{name}"], "cells": self._stored.cells}
-        return Loop(Text.of(globals()[function]), function, arrays, len(field))
+        return Loop(Text.of(getattr(tensor_cells, function)), function, arrays, len(field))
 
     # -- work -------------------------------------------------------------------------------------------------------
 
@@ -273,8 +275,6 @@ class TensorLatticeLoops:
 
 def _row(inverse: NDArray[Any], lean: NDArray[Any], d: int, a: int) -> NDArray[Any]:
     """Row a of K^-1 Σ w ξ."""
-    from rbs_plugins.loops.tensor_recipe import packed
-
     return np.asarray(sum(inverse[packed(d, a, b)] * lean[b] for b in range(d)))
 
 
@@ -284,19 +284,3 @@ def _room(kind: str, block: int) -> NDArray[Any]:
     room = np.zeros(int(np.prod(shape)) * np.dtype(kind).itemsize + ALIGNMENT, np.uint8)
     begin = -room.ctypes.data % ALIGNMENT
     return room[begin : begin + len(room) - ALIGNMENT].view(kind).reshape(shape)
-
-
-def take_state(begin, end, thread, field, by_cell, cells):
-    """Copies states (n, k) of nodes to their cells (k, size)."""
-    for i in range(begin, end):
-        for k in range(by_cell.shape[0]):
-            by_cell[k, cells[i]] = field[i, k]
-    return 0
-
-
-def keep_state(begin, end, thread, field, by_cell, cells):
-    """Copies states by cell (k, size) to their nodes (n, k)."""
-    for i in range(begin, end):
-        for k in range(by_cell.shape[0]):
-            field[i, k] = by_cell[k, cells[i]]
-    return 0

@@ -2,8 +2,8 @@
 
 Every cell sums over its whole family, ahead and back, so no range writes what another one reads or writes: any number
 of threads, and any order of ranges, gives the same bits. A step ahead and the same step back share their products, and
-a few steps are taken at once, so that the sums of a cell are loaded and stored once for all of them. A block is so small
-that its sums and what it reads of a row of cells stay in the first cache.
+a few steps are taken at once, so that the sums of a cell are loaded and stored once for all of them. A block is so
+small that its sums and what it reads of a row of cells stay in the first cache.
 """
 
 from __future__ import annotations
@@ -16,109 +16,8 @@ from rbs_plugins.loops.arguments import Argument
 from rbs_plugins.loops.lattice_text import CHUNK, PLAIN, LatticeBody, kinematics
 from rbs_plugins.loops.loop import Text
 from rbs_plugins.loops.recipe import indented
-from rbs_plugins.loops.tensor_recipe import TensorRecipe, entries, gradient, inverse_of_shape, packed
-
-BLOCK = {1: 1024, 2: 256, 3: 128}  # cells
-AT_ONCE = {1: 1, 2: 2, 3: 2}  # steps
-
-
-class _Sums:
-    """Pieces of the text of one loop over families.
-
-    Args:
-        r: recipe.
-        name: of the function.
-        sums: how many sums a cell has, `s0` and so on.
-        arrays: by-cell arrays that a step looks at: name -> (number of rows, 0 for a flat one, where: letters of "ifb"
-            for the cell itself, ahead and back).
-        tables: (h, k) numbers of a step: name -> k.
-    """
-
-    def __init__(
-        self, r: TensorRecipe, name: str, sums: int, arrays: dict[str, tuple[int, str]], tables: dict[str, int]
-    ) -> None:
-        self.r, self.name, self.sums, self.tables = r, name, sums, tables
-        self.arrays = arrays if r.uniform else {**arrays, "volume": (0, "fb")}
-        self.count = AT_ONCE[r.dimension]
-
-    def _passed(self) -> dict[str, str]:
-        """Parameters of the innermost function, and what is passed."""
-        found = {}
-        for name, (rows, where) in self.arrays.items():
-            for n, row in enumerate([f"{k}, " for k in range(rows)] or [""]):
-                suffix = str(n) if rows else ""
-                if "i" in where:
-                    found[f"here_{name}{suffix}"] = f"{name}[{row}a:e]"
-                for step in range(self.count):
-                    if "f" in where:
-                        found[f"ahead{step}_{name}{suffix}"] = f"{name}[{row}a + s{step}:e + s{step}]"
-                    if "b" in where:
-                        found[f"back{step}_{name}{suffix}"] = f"{name}[{row}a - s{step}:e - s{step}]"
-        for step in range(self.count):
-            found[f"forth_bits{step}"] = f"bits[words[k + {step}], a:e]"
-            found[f"back_bits{step}"] = f"bits[words[k + {step}], a - s{step}:e - s{step}]"
-            found[f"bit{step}"] = f"masks[k + {step}]"
-            for name, columns in self.tables.items():
-                found |= {f"{name}{step}_{n}": f"{name}[k + {step}, {n}]" for n in range(columns)}
-        return found | {f"own{n}": f"own{n}" for n in range(self.sums)}
-
-    def text(
-        self,
-        step: Callable[[int], list[str]],
-        close: list[str],
-        *,
-        stores: dict[str, int],
-        numbers: tuple[str, ...] = (),
-    ) -> str:
-        """The function.
-
-        Args:
-            step: lines for the cell q and step number n.
-            close: lines for the cell a + q when its sums, `own0[q]` and so on, are complete.
-            stores: arrays by cell that `close` uses: name -> number of rows, 0 for a flat one.
-            numbers: names that are passed on to `close`.
-        """
-        r, passed = self.r, self._passed()
-        hints = [*LatticeBody.hints.get(r.processor, ()), "apart()"]
-        holds = [
-            line
-            for n in range(self.count)
-            for line in (f"f{n} = (forth_bits{n}[q] & bit{n}) != 0", f"b{n} = (back_bits{n}[q] & bit{n}) != 0")
-        ]
-        lines = [*(f"s{n} = own{n}[q]" for n in range(self.sums)), *holds,
-                 *(line for n in range(self.count) for line in step(n)),
-                 *(f"own{n}[q] = s{n}" for n in range(self.sums))]  # fmt: skip
-        sweep = [*hints, "for q in range(own0.size):", *indented(lines)]
-        slices = {}
-        for name, rows in stores.items():
-            slices |= {f"{name}{n}": f"{name}[{n}, a:e]" for n in range(rows)} if rows else {name: f"{name}[a:e]"}
-        sums = {f"own{n}": f"own{n}" for n in range(self.sums)}
-        ends = [*hints, "wrong = 0", "for q in range(own0.size):", *indented(close), "return wrong"]
-        steps = ", ".join(f"s{n}" for n in range(self.count))
-        starts = ", ".join(f"steps[k + {n}]" for n in range(self.count))
-        block = [
-            f"e = min(a + {BLOCK[r.dimension]}, top)",
-            *(line for n in range(self.sums) for line in (f"own{n} = room[thread, {n}, :e - a]", f"own{n}[:] = 0")),
-            f"for k in range(0, steps.size, {self.count}):",
-            f"    {steps} = {starts}",
-            f"    sweep({', '.join(passed.values())})",
-            f"answer |= close({', '.join([*slices.values(), *sums, *numbers])})",
-        ]
-        whole = [*hints[:-1], "answer = 0", "for c in range(begin, end):",
-                 f"    top = min(margin + (c + 1) * {CHUNK}, last)",
-                 f"    for a in range(margin + c * {CHUNK}, top, {BLOCK[r.dimension]}):", *indented(block, 2),
-                 "return answer"]  # fmt: skip
-        arrays = dict.fromkeys([*self.arrays, *stores])
-        names = [*arrays, "bits", "steps", "words", "masks", *self.tables, "room", "margin", "last", *numbers]
-        return "\n\n".join([
-            "\n".join([PLAIN, f"def sweep({', '.join(passed)}):", *indented(sweep)]),
-            "\n".join([PLAIN, f"def close({', '.join([*slices, *sums, *numbers])}):", *indented(ends)]),
-            "\n".join([PLAIN, f"def {self.name}(begin, end, thread, {', '.join(names)}):", *indented(whole)]),
-        ])  # fmt: skip
-
-    def volume(self, n: int, way: str) -> str:
-        """Volume factor of the cell ahead or back."""
-        return "" if self.r.uniform else f" * {way}{n}_volume[q]"
+from rbs_plugins.loops.tensor_recipe import TensorRecipe, entries, inverse_of_shape, packed
+from rbs_plugins.loops.tensor_sweep import Sums
 
 
 def _numbers(r: TensorRecipe, arguments: tuple[Argument, ...]) -> tuple[str, ...]:
@@ -130,7 +29,7 @@ def shape(r: TensorRecipe) -> str:
     """K^-1, Σ μ w ξ and g of every cell; answers 1 if some shape tensor is singular (empty cells are)."""
     d = r.dimension
     count = entries(d)
-    sums = _Sums(r, "shape", count + d, {}, {"coefficients": d, "squares": count})
+    sums = Sums(r, "shape", count + d, {}, {"coefficients": d, "squares": count})
 
     def step(n: int) -> list[str]:
         ones = [line for w, way in (("f", "ahead"), ("b", "back"))
@@ -152,7 +51,7 @@ def shape(r: TensorRecipe) -> str:
     return sums.text(step, close, stores=stores, numbers=("gain_flat", "gain_trace"))
 
 
-def _differences(r: TensorRecipe, sums: _Sums, n: int) -> list[str]:
+def _differences(r: TensorRecipe, sums: Sums, n: int) -> list[str]:
     """Lines that set x0, ... to μ η ahead minus μ η back of step n, and e0, ... to their sums."""
     lines = []
     for k in range(r.dimension):
@@ -164,7 +63,7 @@ def _differences(r: TensorRecipe, sums: _Sums, n: int) -> list[str]:
     return lines
 
 
-def _gradient_step(r: TensorRecipe, sums: _Sums) -> Callable[[int], list[str]]:
+def _gradient_step(r: TensorRecipe, sums: Sums) -> Callable[[int], list[str]]:
     d = r.dimension
 
     def step(n: int) -> list[str]:
@@ -188,12 +87,12 @@ def _entry(name: str, n: int) -> str:
 def stress(r: TensorRecipe) -> str:
     """B of every cell, from displacements; new states; F and P where somebody wants them.
 
-    With an even control, Σ μ w 2 g η goes to `targets`: what the force of a cell begins with where g is the same around.
+    With an even control, Σ μ w 2 g η goes to `targets`: what forces begin with where g is even.
     """
     d = r.dimension
     more = d if r.even else 0
     tables = {"coefficients": d, **({"pulls": 1} if r.even else {})}
-    sums = _Sums(r, "stress", d * d + more, {"u": (d, "ifb")}, tables)
+    sums = Sums(r, "stress", d * d + more, {"u": (d, "ifb")}, tables)
     inner = _gradient_step(r, sums)
 
     def step(n: int) -> list[str]:
@@ -217,7 +116,7 @@ def energy(r: TensorRecipe) -> str:
     """Strain energy density of every cell: W(F) + ½ g Σ μ w |z|², with Σ μ w |z|² = Σ μ w |η|² − H : N."""
     d = r.dimension
     count = d * d + (1 if r.gain else 0)
-    sums = _Sums(r, "energy", count, {"u": (d, "ifb")}, {"coefficients": d, "weights": 1})
+    sums = Sums(r, "energy", count, {"u": (d, "ifb")}, {"coefficients": d, "weights": 1})
     inner = _gradient_step(r, sums)
 
     def step(n: int) -> list[str]:
@@ -256,7 +155,7 @@ def _force(r: TensorRecipe, name: str, gain: bool) -> str:
     d = r.dimension
     arrays = {"B": (d * d, "fb"), **({"u": (d, "ifb"), "gain": (0, "ifb")} if gain else {})}
     tables = {"coefficients": d, **({"pulls": 1} if gain else {})}
-    sums = _Sums(r, name, d, arrays, tables)
+    sums = Sums(r, name, d, arrays, tables)
 
     def step(n: int) -> list[str]:
         lines = []
@@ -282,7 +181,7 @@ def _force(r: TensorRecipe, name: str, gain: bool) -> str:
 def reach(r: TensorRecipe) -> str:
     """Σ w |K^-1 ξ| of every cell, over all bonds that were ever there, to B[0]."""
     d = r.dimension
-    sums = _Sums(r, "reach", 1, {"inverse": (entries(d), "i")}, {"coefficients": d})
+    sums = Sums(r, "reach", 1, {"inverse": (entries(d), "i")}, {"coefficients": d})
 
     def step(n: int) -> list[str]:
         lines = _dual(d, n, "here_inverse")
@@ -297,7 +196,7 @@ def bound(r: TensorRecipe) -> str:
     """Σ w [(|Σ w ξ|_j + reach_j) modulus |K_j^-1 ξ| + 2 (g_i + g_j)] of every cell, reach in B[0], to targets[0]."""
     d = r.dimension
     arrays = {"inverse": (entries(d), "fb"), "B": (1, "fb"), "gain": (0, "ifb")}
-    sums = _Sums(r, "bound", 1, arrays, {"coefficients": d, "weights": 1})
+    sums = Sums(r, "bound", 1, arrays, {"coefficients": d, "weights": 1})
 
     def step(n: int) -> list[str]:
         lines = []
@@ -342,11 +241,14 @@ class _FailureBody(LatticeBody):
 
 def asked(r: Any) -> list[str]:
     """The tensors that the criterion asks for."""
-    return [letter for letter in r.keeps if any(a.name in (f"{letter}_i", f"{letter}_j") for a in r.criterion_arguments)]
+    return [
+        letter for letter in r.keeps if any(a.name in (f"{letter}_i", f"{letter}_j") for a in r.criterion_arguments)
+    ]
 
 
 def tensor_of(d: int, entry: str) -> str:
     """Source of a 3 x 3 tuple from stored entries: d x d, and the one across behind them."""
+
     def one(a: int, b: int) -> str:
         if a < d and b < d:
             return entry.format(n=a * d + b)
@@ -389,6 +291,3 @@ LOOPS = {each.__name__: each for each in (shape, stress, energy, force, even_for
 def text(name: str, recipe: TensorRecipe) -> Text:
     """The module of one of the loops above."""
     return recipe.text(LOOPS[name](recipe))
-
-
-__all__ = ["AT_ONCE", "BLOCK", "LOOPS", "gradient", "tensor_of", "text"]

@@ -60,11 +60,15 @@ class TensorRecipe(Recipe):
     def bare(self) -> TensorRecipe:
         made = super().bare
         assert isinstance(made, TensorRecipe)
-        cut = {
-            name: tuple(replace(argument, value=None) for argument in getattr(self, name))
-            for name in ("thickness_arguments", "soft_arguments")
-        }
-        return replace(made, **cut)
+
+        def without(arguments: tuple[Argument, ...]) -> tuple[Argument, ...]:
+            return tuple(replace(argument, value=None) for argument in arguments)
+
+        return replace(
+            made,
+            thickness_arguments=without(self.thickness_arguments),
+            soft_arguments=without(self.soft_arguments),
+        )
 
     @property
     def laws(self) -> dict[str, Callable[..., Any]]:
@@ -98,7 +102,8 @@ class TensorRecipe(Recipe):
             FAILS,
             *loops,
         ]
-        return Text("\n\n".join(parts) + "\n", names, tuple(self.laws.values()))
+        states = (field.name for field in self.state if field.shape == "tensor")
+        return Text("\n\n".join(parts) + "\n", names, tuple(self.laws.values()), ("F", *TENSORS, *states))
 
     # -- stress of a node -------------------------------------------------------------------------------------------
 
@@ -160,9 +165,9 @@ class TensorRecipe(Recipe):
         return [*lines, f"F = {gradient(d, 'h{a}{b}', across, self.case)}"]
 
     def stress_of_node(self, inverse: str, gain: str) -> list[str]:
-        """Lines from F to P, new states `new_...` and B, `b00` and so on."""
+        """Lines from F to P, new states `next_...` and B, `b00` and so on."""
         d = self.dimension
-        results = ["P", *(f"new_{field.name}" for field in self.state)]
+        results = ["P", *(f"next_{field.name}" for field in self.state)]
         lines = [f"{', '.join(results)} = {self.call_law('F')}"]
         for a in range(d):
             for b in range(d):
@@ -180,7 +185,8 @@ class TensorRecipe(Recipe):
         lines, state = [], {field.name: field for field in self.state}
         for name in dict.fromkeys(a.name for a in (*self.at_nodes, *self.potential_arguments)):
             if name in state and state[name].shape == "tensor":
-                lines.append(f"s_{name} = {deviatoric(self.dimension, lambda n, name=name: entry(f'state_{name}', n))}")
+                held = [entry(f"state_{name}", n) for n in range(self.dimension**2)]
+                lines.append(f"s_{name} = {deviatoric(self.dimension, held)}")
             elif name in state:
                 lines.append(f"s_{name} = {entry(f'state_{name}', 0)}")
         fields = {a.name: a.array for a in (*self.at_nodes, *self.potential_arguments) if a.kind == "node"}
@@ -192,10 +198,10 @@ class TensorRecipe(Recipe):
         for field in self.state:
             name, d = field.name, self.dimension
             if field.shape == "tensor":
-                lines += [f"{entry(f'new_{name}', a * d + b)} = new_{name}[{a}][{b}]"
+                lines += [f"{entry(f'new_{name}', a * d + b)} = next_{name}[{a}][{b}]"
                           for a in range(d) for b in range(d)]  # fmt: skip
             else:
-                lines.append(f"{entry(f'new_{name}', 0)} = new_{name}")
+                lines.append(f"{entry(f'new_{name}', 0)} = next_{name}")
         return lines
 
 
@@ -211,6 +217,7 @@ def entries(d: int) -> int:
 
 def gradient(d: int, pattern: str, across: str, case: str = "stress") -> str:
     """Source of F as 3 x 3 tuple from the entries of H (d x d) and the stretch across."""
+
     def one(a: int, b: int) -> str:
         if a < d and b < d:
             return ("REAL(1.0) + " if a == b else "") + pattern.format(a=a, b=b)
@@ -219,20 +226,20 @@ def gradient(d: int, pattern: str, across: str, case: str = "stress") -> str:
     return f"({', '.join('(' + ', '.join(one(a, b) for b in range(3)) + ')' for a in range(3))})"
 
 
-def deviatoric(d: int, entry: Callable[[int], str]) -> str:
+def deviatoric(d: int, entries: list[str]) -> str:
     """Source of a 3 x 3 tuple from d x d entries: what is missing on the diagonal makes the trace vanish."""
-    missing = {1: f"REAL(-0.5) * {entry(0)}", 2: f"-({entry(0)} + {entry(min(3, d * d - 1))})", 3: ""}[d]
+    missing = {1: f"REAL(-0.5) * {entries[0]}", 2: f"-({entries[0]} + {entries[-1]})", 3: ""}[d]
 
     def one(a: int, b: int) -> str:
         if a < d and b < d:
-            return entry(a * d + b)
+            return entries[a * d + b]
         return missing if a == b else "REAL(0.0)"
 
     return f"({', '.join('(' + ', '.join(one(a, b) for b in range(3)) + ')' for a in range(3))})"
 
 
 def inverse_of_shape(d: int, k: str) -> list[str]:
-    """Lines that invert K, entries k0, k1, ... as packed, to i0, i1, ...; zero, and `singular`, if it has no inverse."""
+    """Lines that invert K, entries k0, k1, ... as packed, to i0, i1, ...; zeros, and `singular`, if there is none."""
     e = [k.format(n=n) for n in range(entries(d))]
     if d == 1:
         lines, cofactors = [f"determinant = {e[0]}", f"mean = {e[0]}", "scale = REAL(1.0)"], ["REAL(1.0)"]

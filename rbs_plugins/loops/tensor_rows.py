@@ -26,7 +26,9 @@ class TensorRowLoops:
         changing: not needed: fields of nodes are looked at where they are.
     """
 
-    def __init__(self, recipe: TensorRecipe, part: Part, inputs: dict[str, Any], changing: Collection[str] = ()) -> None:
+    def __init__(
+        self, recipe: TensorRecipe, part: Part, inputs: dict[str, Any], changing: Collection[str] = ()
+    ) -> None:
         stored = part.bonds.stored
         assert isinstance(stored, Rows)
         offsets, neighbors = stored.as_rows()
@@ -156,5 +158,13 @@ class TensorRowLoops:
     @property
     def nbytes(self) -> int:
         """Bytes of what belongs to these loops alone."""
-        names = ("weights", "inverse", "lean", "gain", "B", "singular_nodes", *(f"kept_{x}" for x in self._recipe.keeps))
+        names = (
+            "weights",
+            "inverse",
+            "lean",
+            "gain",
+            "B",
+            "singular_nodes",
+            *(f"kept_{x}" for x in self._recipe.keeps),
+        )
         return sum(self._inputs[name].nbytes for name in names)

@@ -1,7 +1,7 @@
 """Text of correspondence loops over compressed rows: one row of neighbors per node.
 
-Every node sums over its own row, so threads share nothing. The sums of a row may be reordered, in the same way whatever
-the threads; stretch and criterion are compiled strictly, and ask for the two ends in the order of their numbers, so both
+Every node sums over its own row, so threads share nothing. Sums of a row may be reordered, in the same way whatever the
+threads; stretch and criterion are compiled strictly, and ask for the two ends in the order of their numbers, so both
 directed halves of a bond get the same answer to the bit.
 """
 
@@ -20,16 +20,14 @@ from rbs_plugins.loops.tensor_recipe import TensorRecipe, entries, inverse_of_sh
 
 def _function(r: TensorRecipe, name: str, sums: int, bond: list[str], close: list[str], arrays: list[str],
               numbers: list[str], first: tuple[str, ...] = ()) -> str:  # fmt: skip
-    """A loop over nodes i and their bonds q: sums s0, ... of what `bond` adds, then `close`.
+    """A loop over nodes i and their bonds q: `first`, sums s0, ... of what `bond` adds, then `close`.
 
-    Args:
-        bond: expects j, x0, ... = ξ/δ and e0, ... = η, and w, zero for a broken bond.
-        first: lines in front of the sums of a node.
+    `bond` finds j, x0, ... = ξ/δ, e0, ... = η, and w, zero for a broken bond.
     """
     d = r.dimension
     lines = ["j = neighbors[q]", "w = weights[q]", *(["w = w if intact[q] != 0 else 0.0"] if r.intact else []),
              *(f"x{k} = (X[j, {k}] - X[i, {k}]) * per_horizon" for k in range(d)),
-             *(f"e{k} = u[j, {k}] - u[i, {k}]" for k in range(d)), *bond]  # fmt: skip
+             *(f"e{k} = 1.0 * u[j, {k}] - 1.0 * u[i, {k}]" for k in range(d)), *bond]  # fmt: skip
     node = [*first, *(f"s{n} = 0.0" for n in range(sums)), "for q in range(offsets[i], offsets[i + 1]):",
             *indented(lines), *close]  # fmt: skip
     names = dict.fromkeys(["offsets", "neighbors", "weights", *(["intact"] if r.intact else []), "X", "u", *arrays,
@@ -162,7 +160,7 @@ def failure(r: TensorRecipe) -> str:
     lines = ["if intact[q] == 0: continue", "j = neighbors[q]", "low, high = min(i, j), max(i, j)",
              "size = 1.0 / inverses[q]", "reference_length = size",
              *(f"x{k} = X[j, {k}] - X[i, {k}]" for k in range(d)),
-             *(f"e{k} = u[j, {k}] - u[i, {k}]" for k in range(d)),
+             *(f"e{k} = 1.0 * u[j, {k}] - 1.0 * u[i, {k}]" for k in range(d)),
              f"{found} = {call}", "extension = stretch * size",
              *(["largest_stretch[q] = max(largest_stretch[q], stretch)"] if soft else []),
              f"if {body.fails}{' & (breakable[q] != 0)' if r.breakable else ''}:",
