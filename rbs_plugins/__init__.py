@@ -10,6 +10,7 @@ from collections.abc import Iterable
 import rbs_core as rbs
 from rbs_plugins import fields
 from rbs_plugins.boundary.contact import ShortRangeRepulsion
+from rbs_plugins.boundary.damping import ViscousDamping
 from rbs_plugins.boundary.domain import BoundaryDomain
 from rbs_plugins.boundary.motion import Rotation, Translation
 from rbs_plugins.boundary.search import Search
@@ -21,22 +22,34 @@ from rbs_plugins.constitutive.deformation_criteria import (
     CriticalVolumetricStrain,
     MaximumPrincipalStress,
 )
+from rbs_plugins.constitutive.dilatation import Dilatation
 from rbs_plugins.constitutive.fracture import Criterion, CriticalStretch, Damage
+from rbs_plugins.constitutive.ordinary import OrdinaryStateBased
 from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.constitutive.softening import BondSoftening
 from rbs_plugins.constitutive.stabilization import SillingControl, WanControl
+from rbs_plugins.constitutive.strength import Weibull
+from rbs_plugins.exporters.animation import AnimationExporter
+from rbs_plugins.exporters.connections import ConnectionExporter
+from rbs_plugins.exporters.hdf5 import HDF5Exporter
+from rbs_plugins.exporters.neighborhoods import NeighborhoodExporter
 from rbs_plugins.exporters.picture import PictureExporter
+from rbs_plugins.exporters.reductions import largest, mean, smallest, total
+from rbs_plugins.exporters.run import read_run
 from rbs_plugins.exporters.table import CSVExporter, read_table
+from rbs_plugins.exporters.text import TextExporter
 from rbs_plugins.exporters.vtk import VTKExporter
 from rbs_plugins.exporters.vtkhdf import VTKHDFExporter
 from rbs_plugins.integrators.explicit import Drift, Kick, SymplecticEuler, VelocityVerlet
 from rbs_plugins.measures import FractureDissipation, KineticEnergy, StrainEnergy
 
 __all__ = [
+    "AnimationExporter",
     "BondBased",
     "BondSoftening",
     "BoundaryDomain",
     "CSVExporter",
+    "ConnectionExporter",
     "Correspondence",
     "Criterion",
     "CriticalEquivalentStrain",
@@ -44,11 +57,15 @@ __all__ = [
     "CriticalStretch",
     "CriticalVolumetricStrain",
     "Damage",
+    "Dilatation",
     "Drift",
     "FractureDissipation",
+    "HDF5Exporter",
     "Kick",
     "KineticEnergy",
     "MaximumPrincipalStress",
+    "NeighborhoodExporter",
+    "OrdinaryStateBased",
     "PairwiseForce",
     "PictureExporter",
     "Rotation",
@@ -57,13 +74,21 @@ __all__ = [
     "SillingControl",
     "StrainEnergy",
     "SymplecticEuler",
+    "TextExporter",
     "Translation",
     "VTKExporter",
     "VTKHDFExporter",
     "VelocityVerlet",
+    "ViscousDamping",
     "WanControl",
+    "Weibull",
     "fields",
+    "largest",
+    "mean",
+    "read_run",
     "read_table",
+    "smallest",
+    "total",
 ]
 
 
@@ -71,10 +96,33 @@ __all__ = [
 def rbs_relations() -> Iterable[type[rbs.Relation]]:
     """The built-in relations."""
     return [
-        PairwiseForce, BondBased, Correspondence, ShortRangeRepulsion, Search, Damage, Kick, Drift, BoundaryDomain,
-        Translation, Rotation, KineticEnergy, StrainEnergy, FractureDissipation, VTKExporter, VTKHDFExporter,
-        CSVExporter, PictureExporter,
-    ]  # fmt: skip
+        PairwiseForce,
+        BondBased,
+        OrdinaryStateBased,
+        Correspondence,
+        Dilatation,
+        ShortRangeRepulsion,
+        Search,
+        Damage,
+        Kick,
+        Drift,
+        BoundaryDomain,
+        ViscousDamping,
+        Translation,
+        Rotation,
+        KineticEnergy,
+        StrainEnergy,
+        FractureDissipation,
+        VTKExporter,
+        VTKHDFExporter,
+        HDF5Exporter,
+        CSVExporter,
+        TextExporter,
+        PictureExporter,
+        AnimationExporter,
+        NeighborhoodExporter,
+        ConnectionExporter,
+    ]
 
 
 @rbs.hookimpl
@@ -86,4 +134,9 @@ def rbs_fields() -> Iterable[rbs.Field]:
 @rbs.hookimpl
 def rbs_geometries() -> Iterable[type[rbs.Geometry]]:
     """The geometries of the kernel."""
-    return [rbs.Box, rbs.Ball, rbs.HalfSpace, rbs.Everywhere, rbs.Nowhere, rbs.Where]
+    return [
+        rbs.Ball, rbs.Bar, rbs.Box, rbs.Capsule, rbs.Circle, rbs.Cone, rbs.Cuboid, rbs.Cylinder, rbs.Disk,
+        rbs.Everywhere, rbs.HalfSpace, rbs.Line, rbs.Nowhere, rbs.Plane, rbs.Point, rbs.Polygon, rbs.Prism,
+        rbs.Pyramid, rbs.Ray, rbs.Rectangle, rbs.RegularPolygon, rbs.Ring, rbs.Segment, rbs.Slab,
+        rbs.SurfaceMesh, rbs.Tetrahedron, rbs.Torus, rbs.Triangle, rbs.TriangulatedSurface, rbs.Tube, rbs.Where,
+    ]  # fmt: skip

@@ -29,6 +29,9 @@ equivalent_plastic_strain = Field(
 breakable = Field(
     "breakable", "bond", "scalar", "1", "b", "1 where the bond may break, 0 in a no-fail zone.", "uint8", 1
 )
+critical_stretch = Field(
+    "critical_stretch", "node", "scalar", "1", "s0", "Stretch beyond which the bonds of the node fail."
+)
 volume_fraction = Field(
     "volume_fraction",
     "bond",
@@ -42,9 +45,40 @@ largest_stretch = Field("largest_stretch", "bond", "scalar", "1", "s_max", "Larg
 contact_distance = Field(
     "contact_distance", "bond", "scalar", "m", "d", "Distance of two nodes below which they repel each other."
 )
+influence = Field("influence", "bond", "scalar", "1", "ω", "Influence function: how much a bond counts in its family.")
+inverse_weighted_volume = Field(
+    "inverse_weighted_volume",
+    "node",
+    "scalar",
+    "1/m^5",
+    "1/m",
+    "One over the weighted volume Σ ω ξ² V of the family.",
+)
+dilatation = Field(
+    "dilatation", "node", "scalar", "1", "ϑ", "Growth of the family, the trace of a small strain (in 2-D in the plane)."
+)
+deviatoric_modulus = Field(
+    "deviatoric_modulus",
+    "node",
+    "scalar",
+    "Pa",
+    "α m",
+    "Pull of a bond per extension, times m: 15 μ in 3-D, 8 μ in 2-D.",
+)
+dilatational_modulus = Field(
+    "dilatational_modulus",
+    "node",
+    "scalar",
+    "Pa",
+    "κ",
+    "Pull of a bond per length and dilatation, times m: 3K − 5μ in 3-D.",
+)
 kinetic_energy = Field("kinetic_energy", "part", "scalar", "J", "T", "Kinetic energy of the part.")
 strain_energy = Field("strain_energy", "part", "scalar", "J", "U", "Energy in the intact bonds of the part.")
 external_work = Field("external_work", "part", "scalar", "J", "A", "Work that boundary domains have done on the part.")
+viscous_dissipation = Field(
+    "viscous_dissipation", "part", "scalar", "J", "Ψ", "Energy that viscous damping has taken from the part."
+)
 fracture_dissipation = Field(
     "fracture_dissipation", "part", "scalar", "J", "Φ", "Energy that the bonds held when they broke."
 )
@@ -60,13 +94,20 @@ VOCABULARY = (
     deformation_gradient,
     plastic_strain,
     equivalent_plastic_strain,
+    critical_stretch,
     breakable,
     volume_fraction,
     largest_stretch,
     contact_distance,
+    influence,
+    inverse_weighted_volume,
+    dilatation,
+    deviatoric_modulus,
+    dilatational_modulus,
     kinetic_energy,
     strain_energy,
     external_work,
+    viscous_dissipation,
     fracture_dissipation,
 )
 

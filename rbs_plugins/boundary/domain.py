@@ -20,7 +20,7 @@ class BoundaryDomain(Boundary):
 
     Args:
         part: the part.
-        region: geometry, mask (n,), indices, or function of the positions.
+        region: geometry, mask (n,), indices, function of the positions, or name of a node set.
         velocity: m/s. Stands between kick and drift; a function of time is taken at mid-step there (so the drift is of
             second order), and at the end of the step where the domain is listed a second time.
         displacement: m. Sets the velocity with which the drift of this step arrives there; where the domain is listed a
@@ -97,6 +97,9 @@ class BoundaryDomain(Boundary):
     def identity(self) -> dict[str, Any]:
         """The parameters, the nodes that were found and what is prescribed on them at a few times."""
         return {**self.parameters, "nodes": self.nodes, "values": self._digest}
+
+    def node_items(self) -> int:
+        return len(self.nodes)
 
     def reset(self) -> None:
         self._step = -1

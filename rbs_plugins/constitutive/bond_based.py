@@ -67,7 +67,8 @@ class BondBased(PairwiseForce):
         nu: Poisson's ratio, only checked: a pair potential has 1/4 (3-D, plane strain) or 1/3 (plane stress).
         plane: "stress" (default) or "strain", 2-D parts only.
         c: the micromodulus itself, N/m^6.
-        partial_volume: "none" or "linear".
+        partial_volume: "none", "linear" or "exact", see PairwiseForce.
+        surface_correction: "none", "volume", "force density" or "energy", see SurfaceCorrection.
         active: whether nodes that nothing has reached are skipped, see PairwiseForce.
         **parameters: numbers that law and criterion ask for, see PairwiseForce.
 
@@ -91,18 +92,18 @@ class BondBased(PairwiseForce):
         plane: str | None = None,
         c: float | None = None,
         partial_volume: str = "none",
+        surface_correction: str = "none",
         active: bool | None = None,
         when: Trigger = always,
         **parameters: float,
     ) -> None:
         name = type(self).__name__
         require_bonds(name, part)
-        self.case = _case(name, part, plane)
+        self.case = plane_of(name, part, plane)
         self.E, self.horizon = _young(name, self.case, E, K, nu, c), part.bonds.horizon
-        across = part.thickness or part.area or 1.0
         if c is None:
             assert self.E is not None
-            c = micromodulus(self.E, self.horizon, self.case, across)
+            c = micromodulus(self.E, self.horizon, self.case, across_of(name, part))
         self.c = c
         law_is_linear = type(self).law is linear
         potential = None if type(self).potential is linear_potential and not law_is_linear else type(self).potential
@@ -112,6 +113,7 @@ class BondBased(PairwiseForce):
             fracture,
             potential=potential,
             partial_volume=partial_volume,
+            surface_correction=surface_correction,
             active=active,
             when=when,
             c=c,
@@ -127,10 +129,32 @@ class BondBased(PairwiseForce):
         return critical_stretch(fracture_energy, self.E, self.horizon, self.case)
 
 
-def _case(name: str, part: Host, plane: str | None) -> str:
+def plane_of(name: str, part: Host, plane: str | None) -> str:
+    """The case of a part: "1-D", "stress", "strain" or "3-D".
+
+    Raises:
+        BadInput: on a plane that there is not.
+    """
     if plane is not None and (part.dimension != 2 or plane not in ("stress", "strain")):
         raise BadInput(f"{name}: plane={plane!r} must be 'stress' or 'strain', and only for 2-D parts")
     return {1: "1-D", 2: plane or "stress", 3: "3-D"}[part.dimension]
+
+
+def across_of(name: str, host: Host) -> float:
+    """Thickness of a 2-D part, area of a 1-D one, 1 in 3-D.
+
+    Raises:
+        BadInput: on a connection of two parts that differ in it.
+    """
+    ends = host.ends if isinstance(host, Connection) else (host,)
+    sizes = {end.thickness or end.area or 1.0 for end in ends}
+    if len(sizes) > 1:
+        what = "thickness" if host.dimension == 2 else "area"
+        raise BadInput(
+            f"{name} '{host.name}': the parts differ in {what} ({', '.join(f'{s:g}' for s in sorted(sizes))}), so a "
+            "modulus gives no micromodulus: give c= itself, or a PairwiseForce"
+        )
+    return float(sizes.pop())
 
 
 def _young(name: str, case: str, E: float | None, K: float | None, nu: float | None, c: float | None) -> float | None:

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rbs_core import BadInput, Constitutive, Field, Part, Trigger, always
+from rbs_core import BadInput, Constitutive, Field, NotFinite, Part, Trigger, always
+from rbs_core.honesty import not_finite
 from rbs_core.part import Connection, Host, Lattice
 from rbs_core.relation import Fields
 from rbs_plugins.fields import displacement, force_density, intact, reference_position, volume
-from rbs_plugins.loops import machine, roots
+from rbs_plugins.loops import machine, roots, surface
 from rbs_plugins.loops.joint import JointLoops
 from rbs_plugins.loops.lattice import LatticeLoops
 from rbs_plugins.loops.recipe import Recipe
 from rbs_plugins.loops.rows import RowLoops
 
+Arrays = Sequence[NDArray[Any]]
 BondLoops = RowLoops | LatticeLoops | JointLoops
 
 
@@ -87,6 +89,10 @@ class BondRelation(Constitutive):
         values = {self.constant((end, field)) for end in self.ends}
         return values.pop() if len(values) == 1 else None
 
+    def end_factors(self) -> NDArray[np.float64]:
+        """(n, q) what the ends of bonds contribute to their factor, for recipes with a surface correction."""
+        raise NotImplementedError
+
     # -- loops ------------------------------------------------------------------------------------------------------
 
     def processor(self) -> dict[str, Any]:
@@ -97,14 +103,21 @@ class BondRelation(Constitutive):
         way = roots.way(real) if lattice else "hardware"
         return {"roots": way, "processor": machine.processor(), "real": real, "dimension": self.host.dimension}
 
-    def make_loops(self, recipe: Recipe, felt: dict[str, Field], cell: float, active: bool | None) -> BondLoops:
+    def make_loops(
+        self,
+        recipe: Recipe,
+        felt: Mapping[str, Field | Arrays],
+        active: bool | None = None,
+        instead: Mapping[Field, Arrays] | None = None,
+    ) -> BondLoops:
         """The loops of a recipe for bonds as they are stored.
 
         Args:
             recipe: what is computed.
-            felt: fields at nodes to which the loops add, by the names of the loops; "out" is the first of them.
-            cell: volume of all nodes, or 1.
+            felt: fields at nodes to which the loops add, or an array for each end, by the names of the loops; "out" is
+                the first of them.
             active: as the user has chosen.
+            instead: arrays, one for each end, that the functions get in place of those of a field.
 
         Raises:
             BadInput: if nodes shall be skipped that cannot be.
@@ -114,9 +127,13 @@ class BondRelation(Constitutive):
         why = recipe.why_never_quiet(stored.lengths) if isinstance(stored, Lattice) else "the bonds are stored as list"
         if active and why is not None:
             raise BadInput(f"{self.label}: active=True skips nodes that nothing has reached, but {why}: leave it out")
-        at_nodes = {"displacement": displacement, "reference_position": reference_position, **felt}
-        others: dict[str, Any] = {"cell": cell}
-        if not recipe.uniform:
+        at_nodes: dict[str, Field | Arrays] = {
+            "displacement": displacement, "reference_position": reference_position, **felt
+        }  # fmt: skip
+        others: dict[str, Any] = {"cell": 1.0}
+        if recipe.uniform:
+            others["cell"] = self.uniform(volume)
+        else:
             at_nodes["volume"] = volume
         for field in recipe.bond_fields:
             others[field.name] = self.raw(self.at_bonds(field)[0])
@@ -126,17 +143,24 @@ class BondRelation(Constitutive):
             elif argument.field is not None and argument.field.at == "bond":
                 others[argument.array] = self.raw(self.at_bonds(argument.field)[0])
             elif argument.field is not None:
-                at_nodes[argument.array] = argument.field
-        changing = [name for name, field in at_nodes.items() if name not in felt and self.is_changed(field)]
+                at_nodes[argument.array] = (instead or {}).get(argument.field, argument.field)
+        arrays = {name: self._arrays(given) for name, given in at_nodes.items()}
+        changing = [name for name, given in at_nodes.items() if name not in felt and self._may_change(given)]
         if isinstance(self.host, Connection):
-            places: dict[str, Sequence[NDArray[Any]]] = {
-                name: [self[end, field] for end in self.ends] for name, field in at_nodes.items()
-            }
-            return JointLoops(recipe, self.host, places, others, changing)
-        inputs = {**{name: self[field] for name, field in at_nodes.items()}, **others}
+            return JointLoops(recipe, self.host, arrays, others, changing)
+        inputs = {**{name: array[0] for name, array in arrays.items()}, **others}
+        if recipe.surface:
+            inputs |= surface.inputs(recipe, stored, self.end_factors())
         if isinstance(stored, Lattice):
             return LatticeLoops(recipe, self.host, inputs, why is None and active is not False, changing)
         return RowLoops(recipe, self.host, inputs)
+
+    def _arrays(self, given: Field | Arrays) -> Arrays:
+        """For each end the array of a field, or what is given instead."""
+        return [self[end, given] for end in self.ends] if isinstance(given, Field) else given
+
+    def _may_change(self, given: Field | Arrays) -> bool:
+        return self.is_changed(given) if isinstance(given, Field) else True
 
     @property
     def outdated_bonds(self) -> bool:
@@ -150,3 +174,11 @@ class BondRelation(Constitutive):
                 if not np.isfinite(self[end, field]).all():
                     return end, field, self[end, field]
         return None
+
+    def blame(self) -> NotFinite:
+        """The error that names what is not finite."""
+        found = self.forces_are_finite()
+        if found is not None:
+            part, field, array = found
+            return not_finite(part, field.name, array)
+        return NotFinite(f"the forces of '{self.host.name}' overflow: look at the loads and the time step")

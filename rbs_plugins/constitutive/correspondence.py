@@ -14,7 +14,7 @@ from rbs_core.part import Connection, Lattice
 from rbs_core.relation import Fields, Key
 from rbs_core.report import log
 from rbs_core.trigger import Clock
-from rbs_plugins.constitutive.bond_based import _case
+from rbs_plugins.constitutive.bond_based import plane_of
 from rbs_plugins.constitutive.corrections import set_partial_volume
 from rbs_plugins.constitutive.correspondence_bonds import CorrespondenceBonds
 from rbs_plugins.constitutive.fracture import Criterion
@@ -111,7 +111,7 @@ class Correspondence(CorrespondenceBonds):
             raise BadInput(
                 f"{self.label}: stabilization={stabilization!r} must be SillingControl(), WanControl() or None"
             )
-        self.case = _case(type(self).__name__, part, plane)
+        self.case = plane_of(type(self).__name__, part, plane)
         if self.case == "1-D" and nu is None and K is None and G is None:
             nu = 0.0
         self.moduli = Moduli.of(self.label, E, nu, K, G)
@@ -128,7 +128,7 @@ class Correspondence(CorrespondenceBonds):
         self._resolve(parameters)
         self._warned = False
         if fracture is not None:
-            fracture.mark(part)
+            fracture.mark(self)  # type: ignore[arg-type]
 
     def _resolve(self, parameters: dict[str, float]) -> None:
         """Says where the arguments of all functions come from."""

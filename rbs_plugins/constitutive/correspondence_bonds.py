@@ -7,6 +7,7 @@ from typing import Any
 
 from rbs_core import BadInput, Field
 from rbs_core.part import Lattice, Part
+from rbs_plugins.constitutive.bond_based import across_of
 from rbs_plugins.constitutive.bonded import BondRelation
 from rbs_plugins.constitutive.fracture import Criterion
 from rbs_plugins.constitutive.influence import Influence, influences
@@ -116,7 +117,7 @@ class CorrespondenceBonds(BondRelation):
         if not mean > 0:
             raise BadInput(f"{self.label}: the influence '{self._influence.__name__}' is zero for all bonds")
         mean_volume = float(volumes.mean())
-        unit, across = mean_volume * self.horizon**2, part.thickness or part.area or 1.0
+        unit, across = mean_volume * self.horizon**2, across_of(self.label, part)
         flat, by_trace = (0.0, 0.0)
         if self._control is not None:
             flat, by_trace = self._control.gains(self.moduli, self.case, self.horizon, across, unit)

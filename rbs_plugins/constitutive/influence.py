@@ -20,6 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbs_core import BadInput, BadLaw
+from rbs_core.part import Host
+from rbs_plugins.fields import influence as influence_field
 
 Influence = Callable[..., Any]
 _KNOWN = ("reference_length", "horizon", "spacing")
@@ -115,6 +117,8 @@ def influences(
             values = np.broadcast_to(np.asarray(function(different, **rest), np.float64), different.shape)
         except (ValueError, TypeError):  # a function with branches takes one number at a time
             values = np.array([float(function(length, **rest)) for length in different.tolist()])
+    # bonds may reach beyond the horizon, to cells that lie partly within; what falls to zero there stays zero
+    values = np.where(different > horizon, np.maximum(values, 0.0), values)
     bad = np.flatnonzero(~(np.isfinite(values) & (values >= 0)))
     if len(bad):
         raise BadInput(
@@ -122,6 +126,37 @@ def influences(
             f"{values[bad[0]]}: it must be finite and not negative; take another function or horizon"
         )
     return np.asarray(values[place].reshape(lengths.shape))
+
+
+def set_influence(host: Host, influence: Influence | str, label: str) -> dict[str, float]:
+    """Sets the influence of the bonds of a part or connection.
+
+    Returns:
+        What to give laws that ask for `influence`: {"influence": 1.0} if it is constant; no field is set then.
+
+    Raises:
+        BadLaw, BadInput: as `influences`; also if the bonds have another influence already.
+    """
+    if influence_function(influence, label) is constant:
+        return {"influence": 1.0}
+    before = host.raw(influence_field).copy() if influence_field in host else None
+    horizon, spacing = host.bonds.horizon, host.spacing
+
+    def of_bonds(bonds: NDArray[np.float64]) -> NDArray[np.float64]:
+        return influences(influence, np.sqrt((bonds * bonds).sum(axis=1)), horizon, spacing, label)
+
+    host.bonds.tabulate(influence_field, of_bonds)
+    if before is not None and not np.allclose(host.raw(influence_field), before, rtol=1e-12):
+        host.raw(influence_field)[...] = before
+        raise BadInput(f"{label}: '{host.name}' already has another influence function: use one for all its relations")
+    return {}
+
+
+def influence_at(
+    influence: Influence | str, horizon: float, spacing: float | None, label: str
+) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+    """The influence as a function of reference lengths alone."""
+    return lambda lengths: influences(influence, np.asarray(lengths, np.float64), horizon, spacing, label)
 
 
 def influence_function(influence: Influence | str, label: str) -> Influence:

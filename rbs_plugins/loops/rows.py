@@ -38,14 +38,15 @@ class _Body(Body):
 
     @property
     def weight(self) -> str:
-        return (" * row_volume_fraction[q]" if self.recipe.fraction else "") + (
-            "" if self.recipe.uniform else " * volume[j]"
-        )
+        flags = (("row_volume_fraction[q]", self.recipe.fraction), ("row_stiffness_factor[q]", self.recipe.surface),
+                 ("volume[j]", not self.recipe.uniform))  # fmt: skip
+        return "".join(f" * {source}" for source, there in flags if there)
 
     def function(self, name: str, *body: str) -> str:
         """The whole function: a loop over nodes with the given body."""
         r = self.recipe
         flags = (("intact", r.intact), ("breakable", r.breakable), ("volume_fraction", r.fraction),
+                 ("stiffness_factor", r.surface),
                  ("volume", not r.uniform), ("before", r.dissipation), ("dissipation", r.dissipation))  # fmt: skip
         arrays = dict.fromkeys(a.array for a in self.used if a.field is not None)
         flagged = [flag for flag, there in flags if there]
@@ -57,7 +58,7 @@ class _Body(Body):
         """Slices of the row and values at the node."""
         r = self.recipe
         rows = ["neighbors", "inverse", *(["intact"] if r.intact else []), *(["breakable"] if r.breakable else []),
-                *(["volume_fraction"] if r.fraction else [])]  # fmt: skip
+                *(["volume_fraction"] if r.fraction else []), *(["stiffness_factor"] if r.surface else [])]  # fmt: skip
         rows += [a.array for a in self.used if a.kind == "bond" and a.array not in rows]
         lines = ["first, last = offsets[i], offsets[i + 1]"]
         lines += [f"row_{name} = {name}[first:last]" for name in dict.fromkeys(rows)]
@@ -108,6 +109,14 @@ def _force(r: Recipe) -> str:
     )  # fmt: skip
 
 
+def _total(r: Recipe) -> str:
+    body = _Body(r, r.law_arguments)
+    lines = [*body.bond(), f"value = {body.call('law', r.law_arguments)}{body.weight}",
+             *(["value = value if row_intact[q] != 0 else 0.0"] if r.intact else []), "total += value"]  # fmt: skip
+    return body.function("total", "total = 0.0", "for q in range(row_neighbors.size):", *indented(lines),
+                         f"out[i] += total{body.after}", "if not isfinite(total):", "    wrong += 1")  # fmt: skip
+
+
 def _energy(r: Recipe) -> str:
     body = _Body(r, r.of_energy)
     lines = [*body.bond(), f"held = 0.5 * {body.potential()}{body.weight}",
@@ -136,7 +145,7 @@ def _kinematics(r: Recipe) -> list[str]:
 @cache
 def _text(name: str, recipe: Recipe) -> Text:
     """The module of one of the loops above."""
-    make = {"force": _force, "energy": _energy, "stiffness": _stiffness}[name]
+    make = {"force": _force, "total": _total, "energy": _energy, "stiffness": _stiffness}[name]
     return recipe.text(*_kinematics(recipe), make(recipe))
 
 
@@ -180,7 +189,7 @@ class RowLoops:
         self._inputs = {**inputs, **rows, **before, "time": 0.0, "dt": 0.0}
         self._movers = self._adding if movers is None else movers
         self._moves = [self._movers(target) for target in (self.position, *before.values())]
-        self._force = self._loop("force")
+        self._sum = self._loop(recipe.sums)
         self._energy: list[Loop] = []
 
     def _loop(self, name: str, **other: NDArray[Any]) -> Loop:
@@ -198,17 +207,17 @@ class RowLoops:
         for move in self._moves[0]:
             move()
 
-    def force(self, time: float, dt: float, start: bool = False) -> bool:
-        """Adds the force density of the present displacement to "out"; False if it is not finite."""
+    def add(self, time: float, dt: float, start: bool = False) -> bool:
+        """Adds the sums of the present displacement to "out"; False if they are not finite."""
         assert not start
         if "before" in self._inputs:
             self.position, old = self._inputs["before"], self.position
             self._inputs.update(y=self.position, before=old)
-            self._force.set(y=self.position, before=old)
+            self._sum.set(y=self.position, before=old)
             self._moves.reverse()
         self.start()
-        self._force.set(time=time, dt=dt)
-        return not self._force().any()
+        self._sum.set(time=time, dt=dt)
+        return not self._sum().any()
 
     def prepare_energy(self, out: NDArray[Any]) -> None:
         """Compiles the loop for energies."""
@@ -232,12 +241,13 @@ class RowLoops:
     def nbytes(self) -> int:
         """Bytes of what belongs to these loops alone."""
         copies = 1 + ("before" in self._inputs) + bool(self._energy)
-        return copies * self.position.nbytes + self._ranges.nbytes
+        factors = self._inputs["stiffness_factor"].nbytes if self._recipe.surface else 0
+        return copies * self.position.nbytes + self._ranges.nbytes + int(factors)
 
     @property
     def kind(self) -> Hashable:
         """Loops of the same kind can be merged."""
-        return (*(move.kind for move in self._moves[0]), self._force.kind)
+        return (*(move.kind for move in self._moves[0]), self._sum.kind)
 
     def merged(self, every: Sequence[RowLoops]) -> RowLoops:
         """The loops of several forces in one; without record of dissipation."""
@@ -245,5 +255,5 @@ class RowLoops:
         result._inputs, result._count = {}, sum(each._count for each in every)
         same = zip(*(each._moves[0] for each in every), strict=True)
         result._moves = [[loops[0].merged(loops[1:]) for loops in same]]
-        result._force = every[0]._force.merged([each._force for each in every[1:]])
+        result._sum = every[0]._sum.merged([each._sum for each in every[1:]])
         return result
