@@ -24,7 +24,7 @@ plastic_strain = Field(
     "plastic_strain", "node", "tensor", "1", "ε_p", "Plastic part of the strain, without change of volume."
 )
 equivalent_plastic_strain = Field(
-    "equivalent_plastic_strain", "node", "scalar", "1", "α", "Length of the path of the plastic strain, √(2/3) ∫|dε_p|."
+    "equivalent_plastic_strain", "node", "scalar", "1", "α", "Length of the path of the plastic strain, times √(2/3)."
 )
 breakable = Field(
     "breakable", "bond", "scalar", "1", "b", "1 where the bond may break, 0 in a no-fail zone.", "uint8", 1

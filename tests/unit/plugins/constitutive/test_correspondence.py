@@ -282,6 +282,6 @@ def test_refusals():
     with pytest.raises(rbs.BadInput, match="0 < s_min < s0"):
         BondSoftening(0.02, 0.01)
     other = rbs.Part("other", rbs.Box(size=(4 * H, 4 * H), center=(12.5 * H, 0.0))).discretize(H, thickness=2e-3)
-    joint = rbs.Connection("joint", part, other, horizon=6 * H)
+    joint = rbs.Connection(part, other, 6 * H)
     with pytest.raises(rbs.BadInput, match="a connection has only"):
         Correspondence(joint, law, E=E, nu=NU)
