@@ -20,7 +20,7 @@ from rbs_core.part import Host, Part
 from rbs_core.plugins import registry
 from rbs_core.relation import Relation
 from rbs_core.report import Progress, Report, Row, log
-from rbs_core.schedule import Call, schedule
+from rbs_core.schedule import Call, schedule, with_feeders
 from rbs_core.stability import UNKNOWN_STEP, largest_stable_step
 from rbs_core.trigger import Clock, last_step
 
@@ -81,7 +81,7 @@ class Analysis:
         for position, relation in enumerate(relations):
             if not isinstance(relation, Relation):
                 raise BadInput(f"relation {position} is {relation!r}, which is no Relation: list relation objects")
-        self._relations = list(relations)
+        self._relations = with_feeders(relations)
 
     def append(self, *relations: Relation) -> None:
         """Adds relations at the end of the list."""

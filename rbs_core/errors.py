@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
+from collections import abc
+
 
 class RBSError(Exception):
     """Base class of the errors of this package: `except RBSError` catches them all and nothing else."""
@@ -41,3 +44,12 @@ class UnstableStep(RBSError, ValueError):
 
 class NotFinite(RBSError, ArithmeticError):
     """NaN or infinity appeared during a run."""
+
+
+def nearest(name: str, known: abc.Iterable[str]) -> str:
+    """The known names that are most like a misspelt one, or all of them if none is like it, for messages."""
+    known = sorted(known)
+    close = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
+    if close:
+        return f"the nearest names are {', '.join(close)}"
+    return f"there are {', '.join(known)}" if known else "there are none"

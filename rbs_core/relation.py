@@ -50,8 +50,10 @@ class Relation:
 
     `storages` names the representations of bonds that a relation with bond fields in its contract can work with. The
     arrays of a lattice's bond fields cannot be written, so what changes bonds through `self[field]` needs the list.
-    `connections` names those whose bonds it works for. `stays` is True for relations that touch more than a contract
-    can name, files or coordinate systems: no other relation is moved across them to save time.
+    `connections` names those whose bonds it works for. `feeders` are relations that must run in front of this one:
+    where they are not listed themselves, the analysis puts them in front of the forces of a step. `stays` is True for
+    relations that touch more than a contract can name, files or coordinate systems: no other relation is moved across
+    them to save time.
     """
 
     role: ClassVar[str] = "relation"
@@ -64,6 +66,7 @@ class Relation:
     offers: Fields = ()
     storages: tuple[str, ...] = ("list",)
     connections: tuple[Connection, ...] = ()
+    feeders: tuple[Relation, ...] = ()
 
     _given_arguments: dict[str, Any]
 
@@ -292,6 +295,9 @@ class Relation:
     def __repr__(self) -> str:
         given = "".join(f", {name}={_short(value)}" for name, value in self.parameters.items())
         return f"{type(self).__name__}({self.part.name}{given})"
+
+
+Relation.__init_subclass__()  # its own signature, for help and editors, too
 
 
 def _short(value: Any) -> str:

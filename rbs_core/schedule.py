@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import groupby
 from typing import Any
 
 from numpy.typing import NDArray
@@ -67,6 +68,24 @@ class Call:
     def visited(self) -> int:
         """Those that it has looked at: all, of relations that are done together."""
         return self.relations[0].visited() if self.together is None else self._items
+
+
+def with_feeders(relations: Sequence[Relation]) -> list[Relation]:
+    """The relations of a step with their feeders, those that are not listed themselves.
+
+    They stand in front of all forces that follow one another, so that a sum over several parts and their connections is
+    whole before any force looks at it; feeders of other relations right in front of these.
+    """
+    listed, result = set(relations), []
+    for constitutive, group in groupby(relations, lambda relation: relation.role == "constitutive"):
+        members = list(group)
+        for each in [members] if constitutive else [[member] for member in members]:
+            result += [*dict.fromkeys(f for member in each for f in _all_feeders(member) if f not in listed), *each]
+    return result
+
+
+def _all_feeders(relation: Relation) -> list[Relation]:
+    return [each for feeder in relation.feeders for each in (*_all_feeders(feeder), feeder)]
 
 
 def schedule(relations: Sequence[Relation], clear: Mapping[int, Sequence[Key]], *, batches: bool = True) -> list[Call]:

@@ -70,6 +70,8 @@ def make(relation_class: type[Relation], part: Part, **arguments: Any) -> Relati
 def partners(relation: Relation) -> list[Relation]:
     """The relations among the arguments of a relation, and theirs, in the order in which they must run."""
     found: list[Relation] = []
+    for feeder in relation.feeders:
+        found += [*partners(feeder), feeder]
     for value in relation.parameters.values():
         for each in value if isinstance(value, list | tuple) else [value]:
             if isinstance(each, Relation):

@@ -14,26 +14,41 @@ from rbs_plugins.boundary.domain import BoundaryDomain
 from rbs_plugins.boundary.motion import Rotation, Translation
 from rbs_plugins.boundary.search import Search
 from rbs_plugins.constitutive.bond_based import BondBased
+from rbs_plugins.constitutive.dilatation import Dilatation
 from rbs_plugins.constitutive.fracture import Criterion, CriticalStretch, Damage
+from rbs_plugins.constitutive.ordinary import OrdinaryStateBased
 from rbs_plugins.constitutive.pairwise import PairwiseForce
+from rbs_plugins.exporters.animation import AnimationExporter
+from rbs_plugins.exporters.connections import ConnectionExporter
+from rbs_plugins.exporters.hdf5 import HDF5Exporter
+from rbs_plugins.exporters.neighborhoods import NeighborhoodExporter
 from rbs_plugins.exporters.picture import PictureExporter
+from rbs_plugins.exporters.reductions import largest, mean, smallest, total
+from rbs_plugins.exporters.run import read_run
 from rbs_plugins.exporters.table import CSVExporter, read_table
+from rbs_plugins.exporters.text import TextExporter
 from rbs_plugins.exporters.vtk import VTKExporter
 from rbs_plugins.exporters.vtkhdf import VTKHDFExporter
 from rbs_plugins.integrators.explicit import Drift, Kick, SymplecticEuler, VelocityVerlet
 from rbs_plugins.measures import FractureDissipation, KineticEnergy, StrainEnergy
 
 __all__ = [
+    "AnimationExporter",
     "BondBased",
     "BoundaryDomain",
     "CSVExporter",
+    "ConnectionExporter",
     "Criterion",
     "CriticalStretch",
     "Damage",
+    "Dilatation",
     "Drift",
     "FractureDissipation",
+    "HDF5Exporter",
     "Kick",
     "KineticEnergy",
+    "NeighborhoodExporter",
+    "OrdinaryStateBased",
     "PairwiseForce",
     "PictureExporter",
     "Rotation",
@@ -41,12 +56,18 @@ __all__ = [
     "ShortRangeRepulsion",
     "StrainEnergy",
     "SymplecticEuler",
+    "TextExporter",
     "Translation",
     "VTKExporter",
     "VTKHDFExporter",
     "VelocityVerlet",
     "fields",
+    "largest",
+    "mean",
+    "read_run",
     "read_table",
+    "smallest",
+    "total",
 ]
 
 
@@ -54,10 +75,31 @@ __all__ = [
 def rbs_relations() -> Iterable[type[rbs.Relation]]:
     """The built-in relations."""
     return [
-        PairwiseForce, BondBased, ShortRangeRepulsion, Search, Damage, Kick, Drift, BoundaryDomain, Translation,
-        Rotation, KineticEnergy, StrainEnergy, FractureDissipation, VTKExporter, VTKHDFExporter, CSVExporter,
+        PairwiseForce,
+        BondBased,
+        OrdinaryStateBased,
+        Dilatation,
+        ShortRangeRepulsion,
+        Search,
+        Damage,
+        Kick,
+        Drift,
+        BoundaryDomain,
+        Translation,
+        Rotation,
+        KineticEnergy,
+        StrainEnergy,
+        FractureDissipation,
+        VTKExporter,
+        VTKHDFExporter,
+        HDF5Exporter,
+        CSVExporter,
+        TextExporter,
         PictureExporter,
-    ]  # fmt: skip
+        AnimationExporter,
+        NeighborhoodExporter,
+        ConnectionExporter,
+    ]
 
 
 @rbs.hookimpl
@@ -69,4 +111,9 @@ def rbs_fields() -> Iterable[rbs.Field]:
 @rbs.hookimpl
 def rbs_geometries() -> Iterable[type[rbs.Geometry]]:
     """The geometries of the kernel."""
-    return [rbs.Box, rbs.Ball, rbs.HalfSpace, rbs.Everywhere, rbs.Nowhere, rbs.Where]
+    return [
+        rbs.Ball, rbs.Bar, rbs.Box, rbs.Capsule, rbs.Circle, rbs.Cone, rbs.Cuboid, rbs.Cylinder, rbs.Disk,
+        rbs.Everywhere, rbs.HalfSpace, rbs.Line, rbs.Nowhere, rbs.Plane, rbs.Point, rbs.Polygon, rbs.Prism,
+        rbs.Pyramid, rbs.Ray, rbs.Rectangle, rbs.RegularPolygon, rbs.Ring, rbs.Segment, rbs.Slab,
+        rbs.SurfaceMesh, rbs.Tetrahedron, rbs.Torus, rbs.Triangle, rbs.TriangulatedSurface, rbs.Tube, rbs.Where,
+    ]  # fmt: skip

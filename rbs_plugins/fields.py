@@ -32,6 +32,34 @@ volume_fraction = Field(
 contact_distance = Field(
     "contact_distance", "bond", "scalar", "m", "d", "Distance of two nodes below which they repel each other."
 )
+influence = Field("influence", "bond", "scalar", "1", "ω", "Influence function: how much a bond counts in its family.")
+inverse_weighted_volume = Field(
+    "inverse_weighted_volume",
+    "node",
+    "scalar",
+    "1/m^5",
+    "1/m",
+    "One over the weighted volume Σ ω ξ² V of the family.",
+)
+dilatation = Field(
+    "dilatation", "node", "scalar", "1", "ϑ", "Growth of the family, the trace of a small strain (in 2-D in the plane)."
+)
+deviatoric_modulus = Field(
+    "deviatoric_modulus",
+    "node",
+    "scalar",
+    "Pa",
+    "α m",
+    "Pull of a bond per extension, times m: 15 μ in 3-D, 8 μ in 2-D.",
+)
+dilatational_modulus = Field(
+    "dilatational_modulus",
+    "node",
+    "scalar",
+    "Pa",
+    "κ",
+    "Pull of a bond per length and dilatation, times m: 3K − 5μ in 3-D.",
+)
 kinetic_energy = Field("kinetic_energy", "part", "scalar", "J", "T", "Kinetic energy of the part.")
 strain_energy = Field("strain_energy", "part", "scalar", "J", "U", "Energy in the intact bonds of the part.")
 external_work = Field("external_work", "part", "scalar", "J", "A", "Work that boundary domains have done on the part.")
@@ -50,6 +78,11 @@ VOCABULARY = (
     breakable,
     volume_fraction,
     contact_distance,
+    influence,
+    inverse_weighted_volume,
+    dilatation,
+    deviatoric_modulus,
+    dilatational_modulus,
     kinetic_energy,
     strain_energy,
     external_work,

@@ -1,14 +1,16 @@
-"""The geometries that others are made of: half space, box, ball, everything, nothing, any predicate."""
+"""The geometries that others are made of: half space, slab, bar, ball."""
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from rbs_core.errors import BadInput
-from rbs_core.geometry.base import Geometry, coordinate_tuple, empty_bounds, no_bounds
+from rbs_core.geometry.base import Geometry
+from rbs_core.geometry.described import as_direction, coordinate_tuple, no_bounds
+from rbs_core.geometry.frames import along, directions, lengths, parallel, perpendicular, rows_along, square, unit
+from rbs_core.geometry.planes import left_by
+from rbs_core.geometry.solid import Solid
 from rbs_core.space.checks import BoolArray, Bounds, FloatArray, as_number, as_text, as_vector, as_vectors
 
 
@@ -23,10 +25,12 @@ class HalfSpace(Geometry):
         BadInput: for a normal without length and for different numbers of components.
     """
 
+    _kinds = {"point": "point", "normal": "direction"}
+
     def __init__(self, point: ArrayLike, normal: ArrayLike) -> None:
-        self.point, self.normal = as_vectors(point, normal, ("point", "normal"))
-        if not self.normal.any():
-            raise BadInput(f"normal = {as_text(self.normal)} has no length; point it into the half space")
+        self.point, inward = as_vectors(point, normal, ("point", "normal"))
+        self.normal = as_direction(inward, "normal", inward.size)
+        self._length = float(np.linalg.norm(self.normal))
 
     @property
     def dimension(self) -> int:
@@ -36,108 +40,145 @@ class HalfSpace(Geometry):
     @property
     def bounds(self) -> Bounds:
         """Finite on one side where the normal is along an axis, otherwise infinite."""
-        lower, upper = no_bounds(self.dimension)
-        along = np.flatnonzero(self.normal)
-        if along.size == 1:
-            side = lower if self.normal[along[0]] > 0.0 else upper
-            side[along] = self.point[along]
-        return lower, upper
+        return self._inside(*no_bounds(self.dimension))
 
     def _height(self, points: FloatArray) -> FloatArray:
         """Signed distance from the plane times the length of the normal, positive inside."""
-        height: FloatArray = (points[:, 0] - self.point[0]) * self.normal[0]
-        for axis in range(1, self.dimension):
-            height += (points[:, axis] - self.point[axis]) * self.normal[axis]
-        return height
+        return along(points, self.point, self.normal)
 
     def _contains(self, points: FloatArray) -> BoolArray:
         return self._height(points) >= 0.0
 
     def _distance(self, points: FloatArray) -> FloatArray:
-        return -self._height(points) / float(np.linalg.norm(self.normal))
+        return -self._height(points) / self._length
+
+    def _projection(self, points: FloatArray) -> FloatArray:
+        return points - rows_along(self._height(points) / self._length, self.normal / self._length)
+
+    def _reaches(self, direction: FloatArray) -> float:
+        outward = -self.normal / self._length
+        leads_out = parallel(outward, unit(direction)) and outward @ direction > 0.0
+        return float(self.point @ direction) if leads_out else np.inf
+
+    def _inside(self, lower: FloatArray, upper: FloatArray) -> Bounds:
+        return left_by(lower, upper, self.point, self.normal)
+
+    def _outside(self, lower: FloatArray, upper: FloatArray) -> Bounds:
+        return left_by(lower, upper, self.point, -self.normal)
 
     def _parameters(self) -> dict[str, object]:
         return {"point": coordinate_tuple(self.point), "normal": coordinate_tuple(self.normal)}
 
 
-class Box(Geometry):
-    """Interval, rectangle or cuboid along the axes; closed: its surface belongs to it.
-
-    Two boxes are equal when their bounds are.
+class Slab(Solid):
+    """The points between two parallel planes: an infinite plate in 3-D, a strip in 2-D, an interval in 1-D.
 
     Args:
-        size: edges (m), positive, +inf for a bar or a slab; shape (d,), or one number for all components of `center`.
-        center: middle (m), shape (d,), or one number for all components of `size`. Both numbers: an interval in 1-D.
+        thickness: distance of the two planes (m), positive.
+        center: any point halfway between them (m), shape (d,), or one number for all components.
+        normal: vector of any length but 0, at right angles to the planes, shape (d,).
 
     Raises:
-        BadInput: for a size that is not positive and for different numbers of components.
+        BadInput: for a thickness that is not positive, a normal without length, and different numbers of components.
     """
 
-    def __init__(self, size: ArrayLike, center: ArrayLike = 0.0) -> None:
-        edges, middle = as_vectors(size, center, ("size", "center"), infinite=True)
-        for axis, (edge, place) in enumerate(zip(edges.tolist(), middle.tolist(), strict=True)):
-            if edge <= 0.0:
-                raise BadInput(f"size[{axis}] = {edge} is not positive; give the full edge of the box, above 0")
-            if not np.isfinite(place):
-                raise BadInput(f"center[{axis}] = {place} is not finite; use Box.between for a half-infinite box")
-        self._set(middle - edges / 2, middle + edges / 2)
-        self._text = f"Box(size={as_text(edges)}, center={as_text(middle)})"
+    _kinds = {"thickness": "length", "center": "point", "normal": "direction"}
 
-    @classmethod
-    def between(cls, lower: ArrayLike, upper: ArrayLike) -> Box:
-        """The box between two corners.
-
-        Args:
-            lower: smallest coordinates (m), shape (d,) or one number, may be -inf.
-            upper: largest coordinates (m), shape (d,) or one number, may be +inf.
-
-        Raises:
-            BadInput: when upper is not above lower.
-        """
-        low, high = as_vectors(lower, upper, ("lower", "upper"), infinite=True)
-        for axis, (least, most) in enumerate(zip(low.tolist(), high.tolist(), strict=True)):
-            if most <= least:
-                raise BadInput(f"upper[{axis}] = {most} is not above lower[{axis}] = {least}; give upper above lower")
-        box = cls.__new__(cls)
-        box._set(low, high)
-        box._text = f"Box.between(lower={as_text(low)}, upper={as_text(high)})"
-        return box
-
-    def _set(self, lower: FloatArray, upper: FloatArray) -> None:
-        self.lower, self.upper = lower, upper
-        lower.flags.writeable = upper.flags.writeable = False
+    def __init__(self, thickness: float, center: ArrayLike, normal: ArrayLike) -> None:
+        self.thickness = as_number(thickness, "thickness", positive=True)
+        self.center, across = as_vectors(center, normal, ("center", "normal"))
+        self.normal = as_direction(across, "normal", across.size)
+        self._unit = unit(self.normal)
 
     @property
     def dimension(self) -> int:
-        """Number of edges."""
-        return self.lower.size
+        """Number of components of `center`."""
+        return self.center.size
 
     @property
-    def bounds(self) -> Bounds:
-        """The two corners."""
-        return self.lower.copy(), self.upper.copy()
-
-    def _contains(self, points: FloatArray) -> BoolArray:
-        inside = np.ones(len(points), dtype=np.bool_)
-        for axis in range(self.dimension):
-            inside &= points[:, axis] >= self.lower[axis]
-            inside &= points[:, axis] <= self.upper[axis]
-        return inside
+    def size(self) -> float:
+        """The thickness."""
+        return self.thickness
 
     def _distance(self, points: FloatArray) -> FloatArray:
-        beyond = np.maximum(self.lower - points, points - self.upper)
-        outside: FloatArray = np.sqrt((np.maximum(beyond, 0.0) ** 2).sum(axis=1))
-        outside += np.minimum(beyond.max(axis=1), 0.0)
-        return outside
+        return np.abs(along(points, self.center, self._unit)) - self.thickness / 2
+
+    def _projection(self, points: FloatArray) -> FloatArray:
+        height = along(points, self.center, self._unit)
+        return points + rows_along(np.copysign(self.thickness / 2, height) - height, self._unit)
+
+    def _reaches(self, direction: FloatArray) -> float:
+        if not parallel(self._unit, unit(direction)):
+            return np.inf
+        return float(self.center @ direction + self.thickness / 2 * np.linalg.norm(direction))
+
+    def _inside(self, lower: FloatArray, upper: FloatArray) -> Bounds:
+        for side in (-self._unit, self._unit):
+            lower, upper = left_by(lower, upper, self.center + self.thickness / 2 * side, -side)
+        return lower, upper
 
     def _parameters(self) -> dict[str, object]:
-        return {"lower": coordinate_tuple(self.lower), "upper": coordinate_tuple(self.upper)}
+        return {
+            "thickness": self.thickness, "center": coordinate_tuple(self.center),
+            "normal": coordinate_tuple(self.normal),
+        }  # fmt: skip
 
-    def __repr__(self) -> str:
-        return self._text
+
+class Bar(Solid):
+    """The points around a line: an infinite cylinder in 3-D, a strip in 2-D.
+
+    Args:
+        radius: (m), positive.
+        point: any point of the axis (m), shape (2,) or (3,).
+        axis: direction of the axis, a vector of any length but 0, of the same shape.
+
+    Raises:
+        BadInput: for a radius that is not positive, an axis without length, and other numbers of components.
+    """
+
+    _kinds = {"radius": "length", "point": "point", "axis": "direction"}
+
+    def __init__(self, radius: float, point: ArrayLike, axis: ArrayLike) -> None:
+        self.radius = as_number(radius, "radius", positive=True)
+        self.point, line = as_vectors(point, axis, ("point", "axis"))
+        if self.point.size == 1:
+            raise BadInput(f"point = {as_text(self.point)} has 1 component; give 2 or 3 (in 1-D: a Slab or a Box)")
+        self.axis = as_direction(line, "axis", line.size)
+        self._unit = unit(self.axis)
+
+    @property
+    def dimension(self) -> int:
+        """Number of components of `point`."""
+        return self.point.size
+
+    @property
+    def size(self) -> float:
+        """The diameter."""
+        return 2.0 * self.radius
+
+    def _from_axis(self, points: FloatArray) -> FloatArray:
+        """Vectors from the axis to points, at right angles to it."""
+        return points - self.point - rows_along(along(points, self.point, self._unit), self._unit)
+
+    def _distance(self, points: FloatArray) -> FloatArray:
+        return lengths(self._from_axis(points)) - self.radius
+
+    def _projection(self, points: FloatArray) -> FloatArray:
+        length, outward = directions(self._from_axis(points), perpendicular(self._unit))
+        return points + (self.radius - length)[:, None] * outward
+
+    def _reaches(self, direction: FloatArray) -> float:
+        if not square(self._unit, unit(direction)):
+            return np.inf
+        return float(self.point @ direction + self.radius * np.linalg.norm(direction))
+
+    def _parameters(self) -> dict[str, object]:
+        return {
+            "radius": self.radius, "point": coordinate_tuple(self.point), "axis": coordinate_tuple(self.axis),
+        }  # fmt: skip
 
 
-class Ball(Geometry):
+class Ball(Solid):
     """Interval, disk or ball; closed: its surface belongs to it.
 
     Args:
@@ -147,6 +188,8 @@ class Ball(Geometry):
     Raises:
         BadInput: for a radius that is not positive and for a center of more than 3 components.
     """
+
+    _kinds = {"radius": "length", "center": "point"}
 
     def __init__(self, radius: float, center: ArrayLike) -> None:
         self.radius = as_number(radius, "radius", positive=True)
@@ -175,97 +218,12 @@ class Ball(Geometry):
     def _distance(self, points: FloatArray) -> FloatArray:
         return self._from_center(points) - self.radius
 
+    def _projection(self, points: FloatArray) -> FloatArray:
+        _, outward = directions(points - self.center, np.eye(self.dimension)[0])
+        return self.center + self.radius * outward
+
+    def _reaches(self, direction: FloatArray) -> float:
+        return float(self.center @ direction + self.radius * np.linalg.norm(direction))
+
     def _parameters(self) -> dict[str, object]:
         return {"radius": self.radius, "center": coordinate_tuple(self.center)}
-
-
-class Everywhere(Geometry):
-    """All points, in any dimension."""
-
-    @property
-    def dimension(self) -> None:
-        """Any."""
-        return
-
-    @property
-    def bounds(self) -> Bounds:
-        """Infinite."""
-        return no_bounds(None)
-
-    def _contains(self, points: FloatArray) -> BoolArray:
-        return np.ones(len(points), dtype=np.bool_)
-
-    def _distance(self, points: FloatArray) -> FloatArray:
-        return np.full(len(points), -np.inf)
-
-    def _parameters(self) -> dict[str, object]:
-        return {}
-
-
-class Nowhere(Geometry):
-    """No points, in any dimension."""
-
-    @property
-    def dimension(self) -> None:
-        """Any."""
-        return
-
-    @property
-    def bounds(self) -> Bounds:
-        """Those of nothing: +inf and -inf."""
-        return empty_bounds(None)
-
-    def _contains(self, points: FloatArray) -> BoolArray:
-        return np.zeros(len(points), dtype=np.bool_)
-
-    def _distance(self, points: FloatArray) -> FloatArray:
-        return np.full(len(points), np.inf)
-
-    def _parameters(self) -> dict[str, object]:
-        return {}
-
-
-class Where(Geometry):
-    """The points for which a plain function is true: `Where(lambda points: points[:, 1] > points[:, 0] ** 2)`.
-
-    It has no bounds (intersect it with a Box to discretize it) and knows no distance.
-
-    Args:
-        predicate: function of an array of points (n, d) that returns an array of n truth values.
-        dimension: the dimension it works in, None for any.
-
-    Raises:
-        BadInput: for something that cannot be called, and in `contains` when the result is not n truth values.
-    """
-
-    def __init__(self, predicate: Callable[[FloatArray], BoolArray], dimension: int | None = None) -> None:
-        if not callable(predicate):
-            raise BadInput(f"predicate = {predicate!r} cannot be called; give a function of points (n, d)")
-        if dimension not in (None, 1, 2, 3):
-            raise BadInput(f"dimension = {dimension!r} is not 1, 2 or 3; leave it out for any")
-        self.predicate = predicate
-        self._dimension = dimension
-
-    @property
-    def dimension(self) -> int | None:
-        """As given."""
-        return self._dimension
-
-    @property
-    def bounds(self) -> Bounds:
-        """Infinite: a function does not tell."""
-        return no_bounds(self._dimension)
-
-    def _contains(self, points: FloatArray) -> BoolArray:
-        lent = points.view()
-        lent.flags.writeable = False
-        inside = np.asarray(self.predicate(lent))
-        if inside.shape != (len(points),) or inside.dtype != np.bool_:
-            raise BadInput(
-                f"{self!r} returned {inside.dtype} of shape {inside.shape} for {len(points)} points; "
-                f"return one truth value per point, shape ({len(points)},)"
-            )
-        return inside
-
-    def _parameters(self) -> dict[str, object]:
-        return {"predicate": self.predicate} | ({} if self._dimension is None else {"dimension": self._dimension})

@@ -12,37 +12,42 @@ reverse get the same answer, always.
 from __future__ import annotations
 
 from abc import abstractmethod
+from typing import overload
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from rbs_core.errors import BadInput
-from rbs_core.geometry.base import Described, common_dimension, coordinate_tuple, require_kind
-from rbs_core.space.checks import BoolArray, Bounds, FloatArray, as_number, as_real, as_text, as_vectors, require_finite
+from rbs_core.geometry.base import ROUND_OFF, TOLERANCE, Geometry
+from rbs_core.geometry.described import common_dimension, require_kind
+from rbs_core.geometry.similarity import Similarity
+from rbs_core.space.checks import BoolArray, Bounds, FloatArray, as_real, require_finite
 
-# Part of the size of a surface that still counts as on it, unless that is more than a part of the length of the bond.
-TOLERANCE = 1e-9
+# Part of the length of a bond up to which its distance from a surface may count as none.
 BOND_TOLERANCE = 1e-6
-
-# Part of the largest coordinate that counts as on the surface in any case: what round-off makes of a distance from it.
-ROUND_OFF = 16 * float(np.finfo(np.float64).eps)
 
 # Bonds per round: the temporary arrays of a round stay in the cache, whatever the number of bonds.
 ROUND = 1 << 14
 
 
-class Surface(Described):
-    """Something that bonds can cross; `a | b` is several surfaces at once."""
+class Surface(Geometry):
+    """Something that bonds can cross: a point in 1-D, a line in 2-D, a face in 3-D; `a | b` is several at once.
+
+    It is a set of points too: those nearer than the tolerance of `status` are in. Its distance is never negative, and
+    no point is inside. `surface & region` and `surface - region` are the part of it in a region or beside it, and can
+    be crossed as well. Shapes of the same names that bonds cannot cross, such as a segment in 3-D, say so; a polygon in
+    2-D fills a region, and is joined with others as one.
+    """
+
+    @property
+    def _fills(self) -> bool:
+        """Whether it fills a region, of which the distance is negative inside."""
+        return False
 
     @property
     @abstractmethod
     def dimension(self) -> int:
-        """Number of coordinates of the space that it cuts."""
-
-    @property
-    @abstractmethod
-    def bounds(self) -> Bounds:
-        """Smallest and largest coordinates (m), shape (d,) each."""
+        """Number of coordinates of the space that it lies in."""
 
     def crosses(self, starts: ArrayLike, ends: ArrayLike) -> BoolArray:
         """Which bonds cross the surface, by the rule at the top of this file.
@@ -55,7 +60,7 @@ class Surface(Described):
             True where the bond crosses, shape (m,).
 
         Raises:
-            BadInput: for other shapes or another dimension, and for NaN or infinity.
+            BadInput: for other shapes or another dimension, for NaN or infinity, and for what bonds cannot cross.
         """
         first, second = as_real(starts, "starts"), as_real(ends, "ends")
         if first.ndim != 2 or first.shape != second.shape:
@@ -64,6 +69,7 @@ class Surface(Described):
                 f"shape (m, {self.dimension})"
             )
         self._require_dimension(first.shape[1], "starts")
+        self._require_crossing()
         crossing = np.empty(len(first), dtype=np.bool_)
         for begin in range(0, len(first), ROUND):
             rows = slice(begin, begin + ROUND)
@@ -77,8 +83,44 @@ class Surface(Described):
     def _crosses(self, starts: FloatArray, ends: FloatArray) -> BoolArray:
         """Which of a round of checked bonds cross."""
 
-    def __or__(self, other: Surface) -> Surfaces:
-        return Surfaces(self, other)
+    def _cure(self) -> str | None:
+        """Why no bond can cross it, and what to cut with instead; None if bonds can."""
+        return None
+
+    def _require_crossing(self) -> None:
+        """Refuse to cut with what bonds cannot cross."""
+        cure = self._cure()
+        if cure is not None:
+            raise BadInput(f"no bond can cross {self!r}: {cure}")
+
+    def _heights(self, points: FloatArray) -> FloatArray:
+        """Signed distances of points from the plane of a flat surface."""
+        raise BadInput(f"{self!r} lies in no plane, so no region can crop it; cut with the whole of it")
+
+    def _margins(self, starts: FloatArray, ends: FloatArray) -> FloatArray:
+        """The tolerance of each bond."""
+        return tolerances(starts, ends, self.size or np.inf, 0.0)
+
+    def _meetings(self, starts: FloatArray, ends: FloatArray) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+        """Bonds that cross a flat surface: their indices (k,), where they meet it (k, d), and their tolerances (k,)."""
+        found = np.flatnonzero(self._crosses(starts, ends))
+        starts, ends = starts[found], ends[found]
+        tolerance = self._margins(starts, ends)
+        to_start = weights(self._heights(starts), tolerance)[:, None]
+        to_end = weights(self._heights(ends), tolerance)[:, None]
+        # Written so that both ends play the same part: a bond and its reverse meet the plane in the same bits.
+        return found, (starts * to_end + ends * to_start) / (to_start + to_end), tolerance
+
+    def _contains(self, points: FloatArray) -> BoolArray:
+        near: BoolArray = self._distance(points) <= self._tolerance(points)
+        return near
+
+    @overload
+    def __or__(self, other: Surface) -> Surface: ...
+    @overload
+    def __or__(self, other: Geometry) -> Geometry: ...
+    def __or__(self, other: Geometry) -> Geometry:
+        return self._joined("union", other)
 
 
 class Surfaces(Surface):
@@ -118,100 +160,38 @@ class Surfaces(Surface):
             crossing |= member._crosses(starts, ends)
         return crossing
 
+    def _require_crossing(self) -> None:
+        for member in self.members:
+            member._require_crossing()
+
+    def _contains(self, points: FloatArray) -> BoolArray:
+        return np.asarray(np.array([member._contains(points) for member in self.members]).any(axis=0))
+
+    def _distance(self, points: FloatArray) -> FloatArray:
+        distance: FloatArray = np.array([member._distance(points) for member in self.members]).min(axis=0)
+        return distance
+
+    def _status(self, points: FloatArray, tolerance: FloatArray) -> NDArray[np.int8]:
+        status: NDArray[np.int8] = np.array([member._status(points, tolerance) for member in self.members]).min(axis=0)
+        return status
+
+    def _projection(self, points: FloatArray) -> FloatArray:
+        distances = np.array([member._distance(points) for member in self.members])
+        candidates = np.array([member._projection(points) for member in self.members])
+        nearest: FloatArray = candidates[distances.argmin(axis=0), np.arange(len(points))]
+        return nearest
+
+    def _reaches(self, direction: FloatArray) -> float:
+        return max(member._reaches(direction) for member in self.members)
+
+    def _transformed(self, by: Similarity) -> Geometry:
+        return Surfaces(*by.image(self.members, "geometries"))
+
     def _parameters(self) -> dict[str, object]:
         return {"members": self.members}
 
     def __repr__(self) -> str:
         return f"Surfaces({', '.join(map(repr, self.members))})"
-
-
-class Point(Surface):
-    """A cut through a line; its positive side is x and above.
-
-    Its size, for the tolerance, is |x| or the length of the bond, whichever is larger; far from 0 the length counts.
-
-    Args:
-        x: coordinate (m).
-    """
-
-    def __init__(self, x: float) -> None:
-        self.x = as_number(x, "x")
-
-    @property
-    def dimension(self) -> int:
-        """1."""
-        return 1
-
-    @property
-    def bounds(self) -> Bounds:
-        """The point, twice."""
-        return np.array([self.x]), np.array([self.x])
-
-    def _crosses(self, starts: FloatArray, ends: FloatArray) -> BoolArray:
-        start, end = starts[:, 0], ends[:, 0]
-        size = np.maximum(np.abs(end - start), abs(self.x))
-        return on_different_sides(start - self.x, end - self.x, tolerances(starts, ends, size, abs(self.x)))
-
-    def _parameters(self) -> dict[str, object]:
-        return {"x": self.x}
-
-
-class Segment(Surface):
-    """A straight cut through a plane; its positive side is on the left on the way from start to end.
-
-    Its size, for the tolerance, is its length.
-
-    Args:
-        start: one tip (m), shape (2,).
-        end: the other tip (m), shape (2,).
-
-    Raises:
-        BadInput: when the tips are the same point or do not have two components.
-    """
-
-    def __init__(self, start: ArrayLike, end: ArrayLike) -> None:
-        self.start, self.end = as_vectors(start, end, ("start", "end"))
-        if self.start.size != 2:
-            raise BadInput(f"start = {as_text(self.start)} has {self.start.size} components; give 2 (3-D: a Polygon)")
-        along = self.end - self.start
-        length = float(np.hypot(*along))
-        if length == 0.0:
-            raise BadInput(f"start = end = {as_text(self.start)}: a segment without length; give two different tips")
-        # Everything is measured from the middle: a cut that is symmetric about an axis then stays so to the last bit.
-        self._middle = (self.start + self.end) / 2
-        self._along = along / length
-        self._length, self._half = length, length / 2
-        self._largest = float(max(np.abs(self.start).max(), np.abs(self.end).max()))
-
-    @property
-    def dimension(self) -> int:
-        """2."""
-        return 2
-
-    @property
-    def bounds(self) -> Bounds:
-        """The box around both tips."""
-        return np.minimum(self.start, self.end), np.maximum(self.start, self.end)
-
-    def _local(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Coordinates along the segment, from its middle, and to its left."""
-        x, y = points[:, 0] - self._middle[0], points[:, 1] - self._middle[1]
-        return x * self._along[0] + y * self._along[1], y * self._along[0] - x * self._along[1]
-
-    def _crosses(self, starts: FloatArray, ends: FloatArray) -> BoolArray:
-        (start_along, start_height), (end_along, end_height) = self._local(starts), self._local(ends)
-        tolerance = tolerances(starts, ends, self._length, self._largest)
-        crossing = on_different_sides(start_height, end_height, tolerance)
-        found = np.flatnonzero(crossing)
-        tolerance = tolerance[found]
-        to_start, to_end = weights(start_height[found], tolerance), weights(end_height[found], tolerance)
-        # The bond meets the line at meeting / (to_start + to_end); written so that both ends play the same part.
-        meeting = start_along[found] * to_end + end_along[found] * to_start
-        crossing[found] = np.abs(meeting) <= (self._half + tolerance) * (to_start + to_end)
-        return crossing
-
-    def _parameters(self) -> dict[str, object]:
-        return {"start": coordinate_tuple(self.start), "end": coordinate_tuple(self.end)}
 
 
 def tolerances(starts: FloatArray, ends: FloatArray, size: float | FloatArray, largest: float) -> FloatArray:

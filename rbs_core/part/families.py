@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from rbs_core.errors import BadInput
 from rbs_core.part.lattice import Lattice
 from rbs_core.part.rows import Rows
-from rbs_core.part.storage import Storage
+from rbs_core.part.storage import Crosses, Storage
 from rbs_core.space import Grid
 
+Predicate = Callable[[NDArray[np.float64], NDArray[np.float64]], ArrayLike]
 STORAGES = ("list", "lattice")
 # A lattice also works on the empty cells of its grid; from this share of filled ones on it is faster than a list.
 FILLED = 0.3
@@ -68,3 +71,29 @@ def _of_cloud(owner: str, positions: NDArray[np.float64], horizon: float, real: 
             f"{positions[node].tolist()}: remove one"
         )
     return Rows(owner, positions, rows, real)
+
+
+def left_out(name: str, where: Predicate) -> Crosses:
+    """A function that is True for bonds of which a predicate is not.
+
+    It raises BadInput where the predicate does not return one truth value per bond, or another one for the way back.
+    """
+
+    def asked(starts: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.bool_]:
+        there = np.asarray(where(starts, ends))
+        if there.shape != (len(starts),) or there.dtype != np.bool_:
+            raise BadInput(f"part '{name}': where(starts, ends) must return one truth value per bond")
+        return there
+
+    def crosses(starts: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.bool_]:
+        there = asked(starts, ends)
+        differ = np.flatnonzero(there != asked(ends, starts))
+        if len(differ):
+            first = f"{starts[differ[0]].tolist()} to {ends[differ[0]].tolist()}"
+            raise BadInput(
+                f"part '{name}': where(starts, ends) says {there[differ[0]]} of the bond from {first}, and something "
+                "else of the way back: a bond is there from both ends or not at all, so let it depend on both alike"
+            )
+        return ~there
+
+    return crosses

@@ -116,9 +116,9 @@ class Bonds:
         """(k,) True for pairs of nodes between which there is a bond, and it is intact."""
         return self.stored.holds(np.asarray(nodes, np.int64), np.asarray(others, np.int64))
 
-    def mark(self, field: Field, geometry: Geometry) -> None:
-        """Sets a bond field of the type uint8 to 1 for bonds whose two ends lie in a geometry, to 0 for the others."""
-        self.stored.mark(field, geometry.contains(self.positions))
+    def mark(self, field: Field, region: Geometry | NDArray[np.bool_]) -> None:
+        """Sets a bond field of the type uint8 to 1 for bonds with both ends in a geometry or mask (n,), else to 0."""
+        self.stored.mark(field, region.contains(self.positions) if isinstance(region, Geometry) else region)
 
     def tabulate(self, field: Field, function: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> None:
         """Sets a bond field to a function of the reference lengths, m."""
@@ -155,13 +155,20 @@ class Bonds:
         """The function that tells whether bonds cross, and the nodes near enough to ask."""
         crosses = surface.crosses if isinstance(surface, Surface) else surface
         if not callable(crosses):
-            raise BadInput(f"cannot cut with {surface!r}: give a Segment, a Polygon, or a function of starts and ends")
+            raise BadInput(
+                f"cannot cut with {surface!r}: give a Segment, a Polygon, another surface, or a function of starts and "
+                "ends"
+            )
         near = np.ones(len(self.positions), np.bool_)
         if isinstance(surface, Surface):
+            surface.crosses(self.positions[:0], self.positions[:0])  # refuses what bonds of this part cannot cross
             low, high = (np.asarray(b) for b in surface.bounds)
-            largest = max(float(np.abs(numbers).max()) for numbers in (low, high, self.positions))
-            # surfaces reach beyond their bounds by their tolerance, and somewhat more is searched
-            reach = self.horizon * (1 + 1e-5) + 1e-8 * float((high - low).max()) + 1e-14 * largest
+            sizes, ends = high - low, np.abs([low, high])
+            largest = max(float(np.abs(self.positions).max()), float(np.max(ends, initial=0.0, where=ends < np.inf)))
+            # surfaces reach beyond their bounds by their tolerance, and somewhat more is searched; that of infinite
+            # ones is a part of the length of the bond
+            reach = self.horizon * (1 + 1e-5) + 1e-8 * float(np.max(sizes, initial=0.0, where=sizes < np.inf))
+            reach += 1e-14 * largest
             above, below = self.positions >= low - reach, self.positions <= high + reach
             near = np.asarray((above & below).all(axis=1))
         return crosses, near

@@ -3,27 +3,27 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rbs_core.errors import BadInput, MissingField
-from rbs_core.fields import Field, FieldStore, reference_position, volume
-from rbs_core.geometry import Geometry
-from rbs_core.part.families import families
-from rbs_core.part.host import Host
+from rbs_core.fields import Field, FieldStore, volume
+from rbs_core.geometry import Everywhere, Geometry
+from rbs_core.part.discretized import Discretized
+from rbs_core.part.families import Predicate, families, left_out
+from rbs_core.part.mesh import placed
 from rbs_core.part.neighborhoods import Bonds
 from rbs_core.part.rigid import rigid
 from rbs_core.part.storage import TOLERANCE
-from rbs_core.part.views import Node
-from rbs_core.space import Cells, CoordinateSystem, Grid, uniform, world
+from rbs_core.space import CoordinateSystem, Grid, world
 
 REALS = {"double": "float64", "single": "float32"}
 
 
-class Part(Host):
+class Part(Discretized):
     """A body or region.
 
     Args:
@@ -72,155 +72,119 @@ class Part(Host):
         self._cells: NDArray[np.int64] | None = None  # of the grid that hold nodes; None if all do
         self._bonds: Bonds | None = None
         self._nodes: FieldStore | None = None
+        self._sets: dict[str, NDArray[np.int64]] = {}
         self._values = FieldStore(f"part '{name}'", "part", None, dimension)
 
-    def __repr__(self) -> str:
-        nodes = "not discretized" if self._nodes is None else f"{len(self)} nodes"
-        bonds = "not connected" if self._bonds is None else repr(self._bonds)[1:-1]
-        return f"<Part '{self.name}', {self.dimension}-D, {nodes}, {bonds}>"
-
-    def __len__(self) -> int:
-        return int(self._node_store.count or 0)
-
-    # -- nodes ------------------------------------------------------------------------------------------------------
-
-    def discretize(self, spacing: float | Cells, *, thickness: float | None = None, area: float | None = None) -> Part:
-        """Fills the geometry with nodes: at the cell centres of a regular grid, or at the points of any other grid.
-
-        A node in the geometry stands for its whole cell, one outside for nothing.
-
-        Args:
-            spacing: distance of nodes, m; or a grid in local coordinates (`rbs.grids`).
-            thickness: of a 2-D part, m (1 m if not given).
-            area: cross-section of a 1-D part, m^2 (1 m^2 if not given).
-
-        Raises:
-            BadInput: on a spacing that is not positive, an unbounded geometry, a grid or an argument of another
-                dimension, or if no point lies in the geometry.
-        """
-        across = self._across(thickness, area)
-        cells = spacing if isinstance(spacing, Cells) else uniform(*self.geometry.bounds, spacing)
-        if cells.dimension != self.dimension:
-            raise BadInput(f"part '{self.name}' is {self.dimension}-D, but the grid has {cells.dimension}: {cells!r}")
-        points = cells.points()
-        inside = self.geometry.contains(points)
-        if not inside.any():
-            raise BadInput(
-                f"part '{self.name}' is empty: none of the {len(cells)} points of {cells!r} lies in "
-                f"{self.geometry!r}: use a smaller spacing or check the geometry"
-            )
-        self._place(points[inside], cells.volumes(across)[inside])
-        self.spacing = cells.spacing
-        self.grid, self._cells = cells.lattice(inside) or (None, None)
-        return self
-
-    def place(
-        self,
+    @classmethod
+    def from_points(
+        cls,
+        name: str,
         points: ArrayLike,
         volumes: ArrayLike,
         *,
         spacing: float | None = None,
         thickness: float | None = None,
         area: float | None = None,
-    ) -> Part:
-        """Takes nodes from anywhere: positions (n, d) in m and volumes (n,) or one number, in m^3.
+        system: CoordinateSystem | None = None,
+        precision: str = "double",
+    ) -> Self:
+        """A part of nodes from elsewhere.
 
-        The volumes must already contain the thickness (2-D) or area (1-D). `spacing` is the typical distance of
-        nodes, for whatever needs one (the linear partial volume, pictures).
+        Args:
+            name: of the part.
+            points: (n, d) positions in local coordinates, m; d is the dimension. (n,) for a 1-D part.
+            volumes: (n,) or one number, m^3, with the thickness (2-D) or area (1-D) in it.
+            spacing: typical distance of nodes, m, for whatever needs one.
+            thickness: of a 2-D part, m (1 m if not given).
+            area: cross-section of a 1-D part, m^2 (1 m^2 if not given).
+            system: as of every part.
+            precision: as of every part.
 
         Raises:
-            BadInput: on a wrong shape, a node outside of the geometry, or a volume that is not positive.
+            BadInput: on a wrong shape, a number that is not finite, or a volume that is not positive.
         """
-        self._across(thickness, area)
-        if spacing is not None and not (np.isfinite(spacing) and spacing > 0):
-            raise BadInput(f"part '{self.name}': spacing={spacing} must be positive and finite")
-        positions = np.atleast_1d(np.asarray(points, np.float64))
-        if positions.ndim == 1:
-            positions = positions[:, None] if self.dimension == 1 else positions[None, :]
-        if positions.ndim != 2 or positions.shape[1] != self.dimension or not len(positions):
-            raise BadInput(
-                f"part '{self.name}': points must be (n, {self.dimension}) with n > 0, got {positions.shape}"
-            )
-        outside = np.flatnonzero(~self.geometry.contains(positions))
-        if len(outside):
-            raise BadInput(
-                f"part '{self.name}': {len(outside)} points lie outside of {self.geometry!r}, the first is point "
-                f"{outside[0]} at {positions[outside[0]].tolist()}"
-            )
-        self._place(positions, volumes)
-        self.spacing, self.grid, self._cells = spacing, None, None
-        return self
+        positions = np.asarray(points)
+        if positions.ndim not in (1, 2) or (positions.ndim == 2 and positions.shape[1] not in (1, 2, 3)):
+            raise BadInput(f"part '{name}': points must be (n, d) with d = 1, 2 or 3, got {positions.shape}")
+        dimension = 1 if positions.ndim == 1 else positions.shape[1]
+        part = cls(name, Everywhere(), system=system, dimension=dimension, precision=precision)
+        return part.place(points, volumes, spacing=spacing, thickness=thickness, area=area)
 
-    def _across(self, thickness: float | None, area: float | None) -> float:
-        """Volume per length**d of the cells; remembers thickness and area."""
-        for name, value, dimension in (("thickness", thickness, 2), ("area", area, 1)):
-            if value is not None and self.dimension != dimension:
-                raise BadInput(f"part '{self.name}' is {self.dimension}-D: {name} belongs to {dimension}-D parts only")
-            if value is not None and not (np.isfinite(value) and value > 0):
-                raise BadInput(f"part '{self.name}': {name}={value} must be positive and finite")
-        self.thickness = (1.0 if thickness is None else float(thickness)) if self.dimension == 2 else None
-        self.area = (1.0 if area is None else float(area)) if self.dimension == 1 else None
-        return self.thickness or self.area or 1.0
+    @classmethod
+    def from_mesh(
+        cls,
+        name: str,
+        mesh: Any,
+        *,
+        only: str | Sequence[str] | None = None,
+        scale: float = 1.0,
+        thickness: float | None = None,
+        area: float | None = None,
+        spacing: float | None = None,
+        reorient: bool = False,
+        file_format: str | None = None,
+        system: CoordinateSystem | None = None,
+        precision: str = "double",
+    ) -> Self:
+        """A part with a node for each cell of a mesh: at its centroid, with its volume.
 
-    def _place(self, positions: NDArray[np.float64], volumes: ArrayLike) -> None:
-        if len(positions) >= 2**32:
-            raise BadInput(f"part '{self.name}': {len(positions)} nodes are more than 2**32 - 1: split it")
-        store = FieldStore(f"part '{self.name}'", "node", len(positions), self.dimension, self._real)
-        store.set(reference_position, positions)
-        store.set(volume, self._volumes(volumes, positions))
-        self._made = (self._made[0] + 1, self._made[1])
-        self._nodes, self._bonds = store, None
+        Args:
+            name: of the part.
+            mesh: path of a file that meshio reads (Abaqus, gmsh, Exodus, VTK and others), or a meshio.Mesh.
+            only: name of a set, or several: nodes are the cells in one of them.
+            scale: length of one unit of the mesh, m, e.g. 1e-3 for millimetres.
+            thickness: of a 2-D part, m (1 m if not given).
+            area: cross-section of a 1-D part, m^2 (1 m^2 if not given).
+            spacing: typical distance of nodes, m; the mean size of the cells if not given, or None where the largest is
+                more than 1.5 times as wide as the smallest.
+            reorient: take cells that are turned inside out (negative volume) as if they were not.
+            file_format: as meshio calls it; from the name of the file if not given.
+            system: as of every part; its coordinates are those of the mesh.
+            precision: as of every part.
 
-    def _volumes(self, volumes: ArrayLike, positions: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Volumes (n,) of nodes at these positions, refused unless they are positive."""
-        store = FieldStore(f"part '{self.name}'", "node", len(positions), self.dimension)
-        store.set(volume, volumes)
-        checked = store.get(volume)
-        bad = np.flatnonzero(checked <= 0)
-        if len(bad):
-            raise BadInput(
-                f"part '{self.name}': node {bad[0]} at {positions[bad[0]].tolist()} has no positive volume "
-                f"({checked[bad[0]]:g} m^3): give it one, or make the part without this node"
-            )
-        return checked
+        The dimension is the highest one of cells: triangles make a 2-D part, if they lie in a plane of constant z.
+        Cells of second order count as their corners. Points that no cell uses, and cells that are there twice, are left
+        out. Sets keep their names, as `node_sets`: those of cells; those of lower cells, such as boundaries, as the
+        cells that have one of these as a side, edge or corner; those of points as the cells with a whole side among
+        them, or with any of the points if there is no such side.
+
+        Raises:
+            BadInput: if the file is not there or cannot be read, if cells have no volume or a negative one (named with
+                their points), are of an unknown kind or form a shell in space, or if `only` does not exist (with the
+                nearest names).
+
+        Warns:
+            UserWarning: with what meshio has to say, and the names of sets in which there is no cell.
+        """
+        owner = f"part '{name}'"
+        found = placed(owner, mesh, only=only, scale=scale, file_format=file_format, reorient=reorient)
+        part = cls(name, Everywhere(), system=system, dimension=found.dimension, precision=precision)
+        across = part._across(thickness, area)
+        part.place(
+            found.positions, found.measures * across, thickness=thickness, area=area,
+            spacing=found.spacing if spacing is None else spacing,
+        )  # fmt: skip
+        for each, nodes in found.sets.items():
+            part.node_sets[each] = nodes
+        if found.unknown:
+            warnings.warn(f"{owner}: no cell is in {', '.join(found.unknown)}: left out", stacklevel=2)
+        return part
+
+    def __repr__(self) -> str:
+        nodes = "not discretized" if self._nodes is None else f"{len(self)} nodes"
+        bonds = "not connected" if self._bonds is None else repr(self._bonds)[1:-1]
+        return f"<Part '{self.name}', {self.dimension}-D, {nodes}, {bonds}>"
+
+    # -- nodes ------------------------------------------------------------------------------------------------------
 
     @property
     def version(self) -> tuple[int, int | None]:
         """Numbers of the present nodes and bonds (None before `connect`): they change when these are made anew."""
         return self._made[0], self._made[1] if self._bonds is not None else None
 
-    @property
-    def nodes(self) -> Nodes:
-        """The nodes as views: `part.nodes[7]`, iteration, `len`."""
-        return Nodes(self)
-
-    @property
-    def positions(self) -> NDArray[np.float64]:
-        """(n, d) reference positions in local coordinates, m."""
-        return self._node_store.get(reference_position)
-
-    def where(self, region: Geometry | ArrayLike | Callable[[NDArray[np.float64]], ArrayLike]) -> NDArray[np.int64]:
-        """Indices of the nodes in a geometry, in a mask (n,), in a list of indices, or where a function is True.
-
-        Raises:
-            BadInput: if the mask has another length, or an index does not exist.
-        """
-        if isinstance(region, Geometry):
-            return np.flatnonzero(region.contains(self.positions))
-        chosen = np.asarray(region(self.positions) if callable(region) else region)
-        if chosen.dtype == np.bool_:
-            if chosen.shape != (len(self),):
-                raise BadInput(f"part '{self.name}': a mask must have shape ({len(self)},), got {chosen.shape}")
-            return np.flatnonzero(chosen)
-        if chosen.dtype.kind not in "iu" or chosen.ndim != 1:
-            raise BadInput(f"part '{self.name}': a region is a geometry, a mask, indices or a function, got {region!r}")
-        if len(chosen) and (chosen.min() < 0 or chosen.max() >= len(self)):
-            raise BadInput(f"part '{self.name}': node indices must lie in 0..{len(self) - 1}")
-        return np.unique(chosen).astype(np.int64)
-
     # -- bonds ------------------------------------------------------------------------------------------------------
 
-    def connect(self, horizon: float, *, storage: str | None = None) -> Part:
+    def connect(self, horizon: float, *, storage: str | None = None, where: Predicate | None = None) -> Self:
         """Searches the families: every node is bonded to all others within the horizon.
 
         Args:
@@ -228,10 +192,13 @@ class Part(Host):
             storage: "list" (a row of neighbors for each node), "lattice" (one bit per bond, for nodes on a regular
                 grid: several times faster and smaller), or None: a lattice where the nodes fill enough of a grid, as
                 long as no relation of the scene needs a list.
+            where: leaves out bonds for which this function of their starts and ends, (m, d) in local coordinates, is
+                not True; it must say the same of both directions of a bond.
 
         Raises:
             BadInput: if the horizon is not positive, or below the spacing so that nobody has a neighbor; on an unknown
-                storage, or a lattice for nodes that are not on a grid.
+                storage, or a lattice for nodes that are not on a grid; if `where` does not return one truth value per
+                bond, or not the same for the way back.
 
         Warns:
             UserWarning: with number and first positions, if some nodes have no neighbor.
@@ -245,6 +212,8 @@ class Part(Host):
                 "would have no neighbors: a horizon of about 3 spacings is usual"
             )
         stored = families(self.name, positions, (self.grid, self._cells), float(horizon), storage, self._real)
+        if where is not None:
+            stored.remove(left_out(self.name, where), np.ones(len(positions), np.bool_))
         positions.flags.writeable = False  # the bonds hold lengths that were measured here
         self._made = (self._made[0], self._made[1] + 1)
         self._bonds = Bonds(self.name, positions, float(horizon), stored, chosen=storage is not None)
@@ -279,12 +248,6 @@ class Part(Host):
 
     # -- fields -----------------------------------------------------------------------------------------------------
 
-    @property
-    def _node_store(self) -> FieldStore:
-        if self._nodes is None:
-            raise MissingField(f"part '{self.name}' has no nodes: call part.discretize(spacing) first")
-        return self._nodes
-
     def store(self, at: str) -> FieldStore:
         """The arrays of one place: "node", "bond" or "part"."""
         if at == "bond":
@@ -312,22 +275,3 @@ class Part(Host):
         """Bytes of all fields and bonds."""
         cells = 0 if self._cells is None else self._cells.nbytes
         return cells + (self._nodes.nbytes if self._nodes else 0) + (self._bonds.nbytes if self._bonds else 0)
-
-
-class Nodes:
-    """The nodes of a part as a sequence of views."""
-
-    def __init__(self, part: Part) -> None:
-        self._part = part
-
-    def __len__(self) -> int:
-        return len(self._part)
-
-    def __getitem__(self, index: int) -> Node:
-        return Node(self._part, index)
-
-    def __iter__(self) -> Iterator[Node]:
-        return (Node(self._part, index) for index in range(len(self)))
-
-    def __repr__(self) -> str:
-        return f"<{len(self)} nodes of part '{self._part.name}'>"

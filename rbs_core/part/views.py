@@ -15,7 +15,7 @@ from rbs_core.errors import BadInput
 from rbs_core.fields import Field
 
 if TYPE_CHECKING:
-    from rbs_core.part.part import Part
+    from rbs_core.part.discretized import Discretized
 
 
 class Node:
@@ -23,7 +23,7 @@ class Node:
 
     __slots__ = ("index", "part")
 
-    def __init__(self, part: Part, index: int) -> None:
+    def __init__(self, part: Discretized, index: int) -> None:
         if not -len(part) <= index < len(part):
             raise BadInput(f"part '{part.name}' has no node {index}: its nodes are 0 to {len(part) - 1}")
         self.part = part
@@ -61,7 +61,7 @@ class Neighborhood:
 
     __slots__ = ("index", "part")
 
-    def __init__(self, part: Part, index: int) -> None:
+    def __init__(self, part: Discretized, index: int) -> None:
         self.part, self.index = part, index
 
     @property

@@ -55,7 +55,7 @@ class ShortRangeRepulsion(PairwiseForce):
     """
 
     @staticmethod
-    def example(part: Part) -> dict[str, Any]:  # type: ignore[override]
+    def example(part: Part) -> dict[str, Any]:
         """So far that bonds broken by a notch are within it."""
         return {"stiffness": 1e18, "distance": 2.5 * (part.spacing or 1.0)}
 

@@ -20,7 +20,7 @@ class BoundaryDomain(Boundary):
 
     Args:
         part: the part.
-        region: geometry, mask (n,), indices, or function of the positions.
+        region: geometry, mask (n,), indices, function of the positions, or name of a node set.
         velocity: m/s. Stands between kick and drift; a function of time is taken at mid-step there (so the drift is of
             second order), and at the end of the step where the domain is listed a second time.
         displacement: m. Sets the velocity with which the drift of this step arrives there; where the domain is listed a

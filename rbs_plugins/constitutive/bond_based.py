@@ -97,7 +97,7 @@ class BondBased(PairwiseForce):
     ) -> None:
         name = type(self).__name__
         require_bonds(name, part)
-        self.case = _case(name, part, plane)
+        self.case = plane_of(name, part, plane)
         self.E, self.horizon = _young(name, self.case, E, K, nu, c), part.bonds.horizon
         across = part.thickness or part.area or 1.0
         if c is None:
@@ -127,7 +127,12 @@ class BondBased(PairwiseForce):
         return critical_stretch(fracture_energy, self.E, self.horizon, self.case)
 
 
-def _case(name: str, part: Host, plane: str | None) -> str:
+def plane_of(name: str, part: Host, plane: str | None) -> str:
+    """The case of a part: "1-D", "stress", "strain" or "3-D".
+
+    Raises:
+        BadInput: on a plane that there is not.
+    """
     if plane is not None and (part.dimension != 2 or plane not in ("stress", "strain")):
         raise BadInput(f"{name}: plane={plane!r} must be 'stress' or 'strain', and only for 2-D parts")
     return {1: "1-D", 2: plane or "stress", 3: "3-D"}[part.dimension]

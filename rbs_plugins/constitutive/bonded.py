@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from rbs_plugins.loops.lattice import LatticeLoops
 from rbs_plugins.loops.recipe import Recipe
 from rbs_plugins.loops.rows import RowLoops
 
+Arrays = Sequence[NDArray[Any]]
 BondLoops = RowLoops | LatticeLoops | JointLoops
 
 
@@ -97,14 +98,21 @@ class BondRelation(Constitutive):
         way = roots.way(real) if lattice else "hardware"
         return {"roots": way, "processor": machine.processor(), "real": real, "dimension": self.host.dimension}
 
-    def make_loops(self, recipe: Recipe, felt: dict[str, Field], cell: float, active: bool | None) -> BondLoops:
+    def make_loops(
+        self,
+        recipe: Recipe,
+        felt: Mapping[str, Field | Arrays],
+        active: bool | None = None,
+        instead: Mapping[Field, Arrays] | None = None,
+    ) -> BondLoops:
         """The loops of a recipe for bonds as they are stored.
 
         Args:
             recipe: what is computed.
-            felt: fields at nodes to which the loops add, by the names of the loops; "out" is the first of them.
-            cell: volume of all nodes, or 1.
+            felt: fields at nodes to which the loops add, or an array for each end, by the names of the loops; "out" is
+                the first of them.
             active: as the user has chosen.
+            instead: arrays, one for each end, that the functions get in place of those of a field.
 
         Raises:
             BadInput: if nodes shall be skipped that cannot be.
@@ -114,9 +122,13 @@ class BondRelation(Constitutive):
         why = recipe.why_never_quiet(stored.lengths) if isinstance(stored, Lattice) else "the bonds are stored as list"
         if active and why is not None:
             raise BadInput(f"{self.label}: active=True skips nodes that nothing has reached, but {why}: leave it out")
-        at_nodes = {"displacement": displacement, "reference_position": reference_position, **felt}
-        others: dict[str, Any] = {"cell": cell}
-        if not recipe.uniform:
+        at_nodes: dict[str, Field | Arrays] = {
+            "displacement": displacement, "reference_position": reference_position, **felt
+        }  # fmt: skip
+        others: dict[str, Any] = {"cell": 1.0}
+        if recipe.uniform:
+            others["cell"] = self.uniform(volume)
+        else:
             at_nodes["volume"] = volume
         for field in recipe.bond_fields:
             others[field.name] = self.raw(self.at_bonds(field)[0])
@@ -126,17 +138,22 @@ class BondRelation(Constitutive):
             elif argument.field is not None and argument.field.at == "bond":
                 others[argument.array] = self.raw(self.at_bonds(argument.field)[0])
             elif argument.field is not None:
-                at_nodes[argument.array] = argument.field
-        changing = [name for name, field in at_nodes.items() if name not in felt and self.is_changed(field)]
+                at_nodes[argument.array] = (instead or {}).get(argument.field, argument.field)
+        arrays = {name: self._arrays(given) for name, given in at_nodes.items()}
+        changing = [name for name, given in at_nodes.items() if name not in felt and self._may_change(given)]
         if isinstance(self.host, Connection):
-            places: dict[str, Sequence[NDArray[Any]]] = {
-                name: [self[end, field] for end in self.ends] for name, field in at_nodes.items()
-            }
-            return JointLoops(recipe, self.host, places, others, changing)
-        inputs = {**{name: self[field] for name, field in at_nodes.items()}, **others}
+            return JointLoops(recipe, self.host, arrays, others, changing)
+        inputs = {**{name: array[0] for name, array in arrays.items()}, **others}
         if isinstance(stored, Lattice):
             return LatticeLoops(recipe, self.host, inputs, why is None and active is not False, changing)
         return RowLoops(recipe, self.host, inputs)
+
+    def _arrays(self, given: Field | Arrays) -> Arrays:
+        """For each end the array of a field, or what is given instead."""
+        return [self[end, given] for end in self.ends] if isinstance(given, Field) else given
+
+    def _may_change(self, given: Field | Arrays) -> bool:
+        return self.is_changed(given) if isinstance(given, Field) else True
 
     @property
     def outdated_bonds(self) -> bool:

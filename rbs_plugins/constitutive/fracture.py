@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from rbs_core import BadInput, Geometry, Measure
+from rbs_core import BadInput, Geometry, Measure, Part
 from rbs_core.part import Host
 from rbs_core.trigger import Clock
 from rbs_plugins.fields import breakable, damage, intact, volume
@@ -38,14 +38,16 @@ class Criterion:
     Args:
         function: e.g. `def fails(stretch, s0): return stretch > s0`. Both ends of a bond ask it, so it must give the
             same answer from either end.
-        within: only bonds with both ends in this geometry may break; all if not given.
+        within: only bonds with both ends in this geometry, or in the node set of this name, may break; all if it is
+            not given.
         release: "at once" (a failing bond carries no force any more) or "next step" (it carries its force until the end
             of the step in which it fails, as in programs that test for failure behind the sum of forces; that costs
             more energy, in proportion to the time step).
         **parameters: numbers that the function asks for.
 
     Raises:
-        BadInput: if `within` is no geometry, or on an unknown release.
+        BadInput: if `within` is no geometry and no name, or on an unknown release; where the force is made, if the part
+            has no such node set (with the nearest names).
     """
 
     RELEASES = ("at once", "next step")
@@ -54,12 +56,13 @@ class Criterion:
         self,
         function: Callable[..., Any],
         *,
-        within: Geometry | None = None,
+        within: Geometry | str | None = None,
         release: str = "at once",
         **parameters: float,
     ) -> None:
-        if within is not None and not isinstance(within, Geometry):
-            raise BadInput(f"{type(self).__name__}: within={within!r} must be a geometry such as Box")
+        if within is not None and not isinstance(within, Geometry | str):
+            text = f"{type(self).__name__}: within={within!r} must be a geometry such as Box, or the name of a node set"
+            raise BadInput(text)
         if release not in self.RELEASES:
             raise BadInput(f"{type(self).__name__}: release={release!r} must be one of {', '.join(self.RELEASES)}")
         self.function, self.within, self.release, self._parameters = function, within, release, parameters
@@ -73,10 +76,21 @@ class Criterion:
         if self.within is None:
             return
         before = part.raw(breakable).copy() if breakable in part else None
-        part.bonds.mark(breakable, self.within)
+        part.bonds.mark(breakable, self._region(part, self.within))
         if before is not None and not np.array_equal(part.raw(breakable), before):
             part.raw(breakable)[...] = before
             raise BadInput(f"part '{part.name}' has two criteria with different regions (within=): use one region")
+
+    def _region(self, part: Host, within: Geometry | str) -> Any:
+        """The geometry, or the mask of the node set of a name."""
+        if isinstance(within, Geometry):
+            return within
+        if not isinstance(part, Part):
+            raise BadInput(f"{self!r}: '{part.name}' is a connection, which has no node sets: give a geometry")
+        inside = np.zeros(len(part), np.bool_)
+        inside[part.where(within)] = True
+        part.bonds.fields.given.add(breakable)  # a name does not tell which nodes those are, for checkpoints
+        return inside
 
     def __repr__(self) -> str:
         given = "".join(f", {name}={value!r}" for name, value in self._parameters.items())
@@ -96,7 +110,7 @@ class CriticalStretch(Criterion):
         fracture_energy: G0, J/m^2; the stretch follows from it and the constants of the force that this belongs to.
         mode: "tension", "compression" or "both".
         compression: critical shortening for "both", positive; as s0 if not given.
-        within: only bonds with both ends in this geometry may break.
+        within: only bonds with both ends in this geometry, or in the node set of this name, may break.
         release: "at once" or "next step", see Criterion.
 
     Raises:
@@ -116,7 +130,7 @@ class CriticalStretch(Criterion):
         fracture_energy: float | None = None,
         mode: str = "tension",
         compression: float | None = None,
-        within: Geometry | None = None,
+        within: Geometry | str | None = None,
         release: str = "at once",
     ) -> None:
         if mode not in self.MODES:

@@ -13,7 +13,7 @@ from rbs_core.honesty import not_finite
 from rbs_core.part import Connection, Lattice
 from rbs_core.relation import Fields, Key
 from rbs_core.trigger import Clock
-from rbs_plugins.constitutive.bonded import BondRelation
+from rbs_plugins.constitutive.bonded import BondLoops, BondRelation
 from rbs_plugins.constitutive.corrections import set_partial_volume
 from rbs_plugins.constitutive.fracture import Criterion
 from rbs_plugins.fields import (
@@ -66,7 +66,7 @@ class PairwiseForce(BondRelation):
 
     adds: Fields = (force_density,)
     own_parameters: ClassVar[tuple[str, ...]] = ()  # computed by a subclass for laws that want them
-    example = {"law": hardening, "c": 1e18}
+    example: ClassVar[Any] = {"law": hardening, "c": 1e18}
 
     def __init__(
         self,
@@ -170,9 +170,16 @@ class PairwiseForce(BondRelation):
 
     def attach(self) -> None:
         self._check_record()
-        cell = self.uniform(volume)
-        recording = self._recording
-        recipe = Recipe(
+        recipe = self.recipe()
+        last = getattr(self, "_loops", None)
+        felt = {"out": force_density, **({"dissipation": dissipation_density} if recipe.dissipation else {})}
+        self._loops = self.make_loops(recipe, felt, self._active)
+        if self._called and last is not None and last.position.shape == self._loops.position.shape:
+            self._loops.position[...] = last.position  # a run that goes on in the same process
+
+    def recipe(self) -> Recipe:
+        """What the loops compute."""
+        return Recipe(
             law=self._law,
             law_arguments=self._law_arguments,
             criterion=None if self._fracture is None else self._fracture.function,
@@ -182,16 +189,11 @@ class PairwiseForce(BondRelation):
             intact=self._fracture is not None or self.may_have_broken,
             breakable=self._zoned,
             fraction=self._fraction,
-            uniform=cell is not None,
-            dissipation=recording,
+            uniform=self.uniform(volume) is not None,
+            dissipation=self._recording,
             late=self._fracture is not None and self._fracture.release == "next step",
             **self.processor(),
         )
-        last = getattr(self, "_loops", None)
-        felt = {"out": force_density, **({"dissipation": dissipation_density} if recording else {})}
-        self._loops = self.make_loops(recipe, felt, 1.0 if cell is None else cell, self._active)
-        if self._called and last is not None and last.position.shape == self._loops.position.shape:
-            self._loops.position[...] = last.position  # a run that goes on in the same process
 
     def _check_record(self) -> None:
         """Whether the energy of failing bonds can be recorded at all.
@@ -243,7 +245,7 @@ class PairwiseForce(BondRelation):
             self.attach()
         self._called = True
         self._now = [clock.time, clock.dt]
-        if not self._loops.force(clock.time, clock.dt, bool(self.starts)):
+        if not self._loops.add(clock.time, clock.dt, bool(self.starts)):
             raise self._blame()
 
     def can_start(self, key: Key) -> bool:
@@ -266,7 +268,7 @@ class PairwiseForce(BondRelation):
 
         def apply(clock: Clock) -> None:
             now[:] = clock.time, clock.dt
-            if not merged.force(clock.time, clock.dt, start):
+            if not merged.add(clock.time, clock.dt, start):
                 wrong = [each for each in forces if each.forces_are_finite() is not None]
                 raise (wrong or forces)[0]._blame()
 
@@ -288,15 +290,20 @@ class PairwiseForce(BondRelation):
         """
         if not hasattr(self, "_loops"):
             raise BadInput(f"{self.label} is asked for its energy and is not in the list of relations: list it")
-        self._loops.prepare_energy(out)
+        self._energies = self.energy_loops()
+        self._energies.prepare_energy(out)
+
+    def energy_loops(self) -> BondLoops:
+        """The loops that energies are asked from."""
+        return self._loops
 
     def energy(self, out: NDArray[np.float64], part: Part | None = None) -> None:
         """Adds the strain energy density (J/m^3) of the present displacement to `out` (n,), of the nodes of a part."""
         time, dt = self._now
-        if isinstance(self._loops, JointLoops):
-            self._loops.energy(out, time, dt, self.ends.index(part or self.part))
+        if isinstance(self._energies, JointLoops):
+            self._energies.energy(out, time, dt, self.ends.index(part or self.part))
         else:
-            self._loops.energy(out, time, dt)
+            self._energies.energy(out, time, dt)
 
     def squared_frequencies(self) -> dict[Part, NDArray[np.float64]]:
         """Bound of the squared angular frequency at each node, 1/s^2: 2/ρ Σ |df/ds| β V / |ξ| at rest (Gershgorin).

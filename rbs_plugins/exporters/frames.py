@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rbs_core import BadInput, Exporter, Field, Part, Trigger, convert, world
+from rbs_core import BadInput, CoordinateSystem, Exporter, Field, Part, Trigger, convert, world
 from rbs_core.files import writable_folder
-from rbs_core.space import Cartesian
 from rbs_core.trigger import Clock
-from rbs_plugins.fields import displacement, reference_position
+from rbs_plugins.exporters.names import fields_of
+from rbs_plugins.fields import displacement, reference_position, volume
 
 CONFIGURATIONS = ("current", "reference")
+RADIUS = "radius"  # what the radius of nodes is called in files
 
 # Arrays to be used again, by shape and dtype, because memory that was never touched is slow: what is made in one lasts
 # until the next of that kind is made in it.
@@ -30,31 +31,53 @@ class NodeExporter(Exporter):
         fields: node fields to export.
         path: the file, or folder and beginning of the file names.
         configuration: "current" or "reference" positions.
+        radius: whether the radius of each node is written as well.
         when: trigger.
 
     Raises:
-        BadInput: on a field that does not live at nodes or an unknown configuration; at the start of the run, if the
-            folder cannot be written.
+        BadInput: on a field that does not live at nodes (or at another place where the class takes some), with the
+            nearest names; on an unknown configuration, or a field with the name of something else that is written; at
+            the start of the run, if the folder cannot be written.
     """
 
+    places: ClassVar[tuple[str, ...]] = ("node",)
+
     def __init__(
-        self, part: Part, fields: Iterable[Field], path: str | Path, *, configuration: str, when: Trigger
+        self,
+        part: Part,
+        fields: Iterable[Field],
+        path: str | Path,
+        *,
+        configuration: str,
+        radius: bool = False,
+        when: Trigger,
     ) -> None:
         super().__init__(part, when=when)
-        self.path = Path(path)
-        self.fields = (fields,) if isinstance(fields, Field) else tuple(fields)
-        for field in self.fields:
-            if not isinstance(field, Field) or field.at != "node":
-                raise BadInput(f"{self.label}: {field!r} is no node field: only those can be exported as frames")
+        self.path, self.radius = Path(path), radius
+        self.fields = fields_of(self.label, fields, self.places, "only those can be exported as frames")
         if configuration not in CONFIGURATIONS:
             raise BadInput(f"{self.label}: configuration={configuration!r} must be one of {', '.join(CONFIGURATIONS)}")
         self.configuration = configuration
+        taken = next((field for field in self.fields if radius and field.name == RADIUS), None)
+        if taken is not None:
+            raise BadInput(f"{self.label}: {taken!r} has the name of the radius of nodes: rename it, or radius=False")
 
     @property
     def reads(self) -> tuple[Field, ...]:  # type: ignore[override]
-        """Positions of the configuration, and the exported fields."""
+        """Positions of the configuration, the exported fields, and volumes for the radius."""
         moved = (displacement,) if self.configuration == "current" else ()
-        return tuple(dict.fromkeys((reference_position, *moved, *self.fields)))
+        sized = (volume,) if self.radius else ()
+        return tuple(dict.fromkeys((reference_position, *moved, *self.fields, *sized)))
+
+    @property
+    def node_fields(self) -> list[Field]:
+        """Those among the fields that live at nodes."""
+        return [field for field in self.fields if field.at == "node"]
+
+    @property
+    def part_fields(self) -> list[Field]:
+        """Those that are numbers of the part."""
+        return [field for field in self.fields if field.at == "part"]
 
     @property
     def label(self) -> str:
@@ -66,13 +89,17 @@ class NodeExporter(Exporter):
 
     def positions(self, scale: float = 1.0, room: Room | None = None) -> NDArray[np.float64]:
         """(n, 3) positions in the configuration of this exporter, displaced so many times, in world coordinates, m."""
-        local = self[reference_position]
+        return self.positions_of(self.part, scale, room)
+
+    def positions_of(self, part: Part, scale: float = 1.0, room: Room | None = None) -> NDArray[np.float64]:
+        """The same of another part, whose positions (and displacement) the contract names."""
+        local = self[part, reference_position]
         padded = _zeros((len(local), 3), local.dtype, room)
         for axis in range(local.shape[1]):
             padded[:, axis] = local[:, axis]
             if self.configuration == "current":
-                padded[:, axis] += scale * self[displacement][:, axis]
-        return padded if self.part.system is world else convert(padded, self.part.system, world)
+                padded[:, axis] += scale * self[part, displacement][:, axis]
+        return padded if part.system is world else convert(padded, part.system, world)
 
     def values(self, field: Field, room: Room | None = None) -> NDArray[Any]:
         """A field as viewers expect it, vectors and tensors turned into world coordinates as the positions are.
@@ -80,19 +107,23 @@ class NodeExporter(Exporter):
         Where nothing has to be turned or padded it is the array of the field itself: to be read, and not to be kept.
         """
         array = three(self[field], room)
-        turn = None if array.ndim == 1 or self.part.system is world else self._turn()
-        if turn is None:
+        if array.ndim == 1 or self.part.system is world:
             return array
+        turn = self._turn()
         turns = turn if field.shape == "vector" else np.kron(turn, turn)  # R T R^T of a tensor, row after row
         return array @ turns.T.astype(np.result_type(array, np.float32))
 
-    def _turn(self) -> NDArray[np.float64] | None:
-        """(3, 3) the axes of the part in the world; None for curved coordinates, where each node has its own."""
-        system = self.part.system
-        while system.parent is not None:
-            if not isinstance(system.mapping, Cartesian):
-                return None
-            system = system.parent
+    def radii(self) -> NDArray[np.float64]:
+        """(n,) radius of the sphere (disk, segment) with the volume of a node, m."""
+        size = np.asarray(self[volume], np.float64)
+        if self.part.dimension == 3:
+            return np.cbrt(0.75 / np.pi * size)
+        if self.part.dimension == 2:
+            return np.sqrt(size / (np.pi * (self.part.thickness or 1.0)))
+        return 0.5 * size / (self.part.area or 1.0)
+
+    def _turn(self) -> NDArray[np.float64]:
+        """(3, 3) the axes of the part in the world: no part lives in curved coordinates."""
         corners = convert(np.vstack([np.zeros(3), np.eye(3)]), self.part.system, world)
         return (corners[1:] - corners[0]).T
 
@@ -105,6 +136,7 @@ class FrameExporter(NodeExporter):
         fields: node fields to export.
         path: folder and beginning of the file names.
         configuration: "current" or "reference" positions.
+        radius: whether the radius of each node is written as well.
         when: trigger.
 
     Raises:
@@ -112,9 +144,16 @@ class FrameExporter(NodeExporter):
     """
 
     def __init__(
-        self, part: Part, fields: Iterable[Field], path: str | Path, *, configuration: str, when: Trigger
+        self,
+        part: Part,
+        fields: Iterable[Field],
+        path: str | Path,
+        *,
+        configuration: str,
+        radius: bool = False,
+        when: Trigger,
     ) -> None:
-        super().__init__(part, fields, path, configuration=configuration, when=when)
+        super().__init__(part, fields, path, configuration=configuration, radius=radius, when=when)
         self.frames: list[tuple[float, str]] = []
 
     def frame(self, clock: Clock, suffix: str) -> Path:
@@ -131,6 +170,15 @@ class FrameExporter(NodeExporter):
 
     def restore(self, state: dict[str, Any]) -> None:
         self.frames = [(float(time), str(name)) for time, name in state["frames"]]
+
+
+def systems(system: CoordinateSystem) -> list[CoordinateSystem]:
+    """A coordinate system and those above it, without the root: whichever of them moves, all of its points do."""
+    found = []
+    while system.parent is not None:
+        found.append(system)
+        system = system.parent
+    return found
 
 
 def three(array: NDArray[Any], room: Room | None = None) -> NDArray[Any]:

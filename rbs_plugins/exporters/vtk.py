@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
 from rbs_core import Field, Part, Trigger, always
-from rbs_core.files import written_whole
 from rbs_core.trigger import Clock
-from rbs_plugins.exporters.frames import FrameExporter
+from rbs_plugins.exporters import vtu
+from rbs_plugins.exporters.frames import RADIUS, FrameExporter, Room
 
 
 class VTKExporter(FrameExporter):
@@ -20,15 +18,22 @@ class VTKExporter(FrameExporter):
 
     Args:
         part: the part; every node becomes a point.
-        fields: node fields to export.
+        fields: what to export: node fields become point data, numbers of the part (at="part") field data.
         path: folder and beginning of the file names, e.g. "out/plate".
         configuration: "current" (default) or "reference" positions.
+        radius: True to write a scalar `radius`, m, as well: that of the sphere (in 2-D disk, in 1-D segment) with the
+            volume of the node, so that glyphs of this size show the body.
         when: trigger.
+
+    Raises:
+        BadInput: on a bond field or what is no field, with the nearest names; on an unknown configuration; at the start
+            of the run, if the folder cannot be written.
 
     Files appear complete or not at all; the series is up to date after every frame.
     """
 
     example = {"fields": (), "path": "frames"}
+    places = ("node", "part")
 
     def __init__(
         self,
@@ -37,62 +42,29 @@ class VTKExporter(FrameExporter):
         path: str | Path,
         *,
         configuration: str = "current",
+        radius: bool = False,
         when: Trigger = always,
     ) -> None:
-        super().__init__(part, fields, path, configuration=configuration, when=when)
-        self._grid: Any = None
+        super().__init__(part, fields, path, configuration=configuration, radius=radius, when=when)
+        self._cells: vtu.Cells | None = None
+        self._rooms: dict[str, Room] = {}
 
     def attach(self) -> None:
         super().attach()
-        self._grid = None  # the part may have other nodes than in an earlier run
+        self._cells, self._rooms = None, {}  # the part may have other nodes than in an earlier run
 
     def apply(self, clock: Clock) -> None:
-        from vtkmodules.util.numpy_support import numpy_to_vtk
-        from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
+        if self._cells is None:
+            self._cells = vtu.cells(len(self.part))
+        # arrays live until the file is written: each has a room of its own, which the next frame uses again
+        data = {field.name: self.values(field, self._room(field.name)) for field in self.node_fields}
+        if self.radius:
+            data[RADIUS] = self.radii()
+        numbers = {field.name: self[field].reshape(1, -1) for field in self.part_fields}
+        numbers["TimeValue"] = np.array([clock.time])  # by this name VTK knows the time of a single file
+        points = self.positions(room=self._room(""))
+        vtu.write_grid(self.frame(clock, "vtu"), vtu.Grid(points, self._cells, data, field_data=numbers))
+        vtu.write_collection(self.path.with_name(f"{self.path.name}.pvd"), self.frames)
 
-        if self._grid is None:
-            self._grid = self._cells()
-        # VTK keeps pointers into these arrays until the file is written
-        held = [self.positions(), *(np.ascontiguousarray(self.values(field)) for field in self.fields)]
-        self._grid.GetPoints().SetData(numpy_to_vtk(held[0]))
-        data = self._grid.GetPointData()
-        data.Initialize()
-        for field, values in zip(self.fields, held[1:], strict=True):
-            array = numpy_to_vtk(values)
-            array.SetName(field.name)
-            data.AddArray(array)
-        file = self.frame(clock, "vtu")
-        with written_whole(file) as partial:
-            writer = vtkXMLUnstructuredGridWriter()
-            writer.SetInputData(self._grid)
-            writer.SetFileName(str(partial))
-            writer.SetDataModeToAppended()
-            writer.EncodeAppendedDataOff()
-            writer.SetCompressorTypeToNone()
-            if not writer.Write():
-                raise OSError(f"{self.label} cannot write {file}: is the disk full?")
-        self._write_series()
-
-    def _cells(self) -> Any:
-        """A grid with one vertex cell per node; points and data are exchanged for each frame."""
-        from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray
-        from vtkmodules.vtkCommonCore import vtkPoints
-        from vtkmodules.vtkCommonDataModel import VTK_VERTEX, vtkCellArray, vtkUnstructuredGrid
-
-        count = len(self.part)
-        cells = vtkCellArray()
-        offsets, nodes = np.arange(count + 1, dtype=np.int64), np.arange(count, dtype=np.int64)
-        cells.SetData(numpy_to_vtkIdTypeArray(offsets, deep=True), numpy_to_vtkIdTypeArray(nodes, deep=True))
-        grid = vtkUnstructuredGrid()
-        grid.SetPoints(vtkPoints())
-        grid.SetCells(VTK_VERTEX, cells)
-        return grid
-
-    def _write_series(self) -> None:
-        rows = "\n".join(
-            f'    <DataSet timestep="{time!r}" group="" part="0" file={quoteattr(name)}/>' for time, name in self.frames
-        )
-        head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>'
-        text = f"{head}\n{rows}\n  </Collection>\n</VTKFile>\n"
-        with written_whole(self.path.with_name(f"{self.path.name}.pvd")) as partial:
-            partial.write_text(text, encoding="utf-8")
+    def _room(self, name: str) -> Room:
+        return self._rooms.setdefault(name, {})

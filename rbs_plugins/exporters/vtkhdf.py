@@ -10,32 +10,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbs_core import BadInput, Clock, Field, Part, Trigger, always
-from rbs_core.files import written_whole
+from rbs_plugins.boundary.motion import SolidMotion
 from rbs_plugins.exporters import series
-from rbs_plugins.exporters.frames import NodeExporter, Room
+from rbs_plugins.exporters.frames import RADIUS, NodeExporter, Room, systems
+from rbs_plugins.exporters.one_file import PRECISIONS, OneFileExporter, in_words
 
-PRECISIONS = {None: None, "single": np.float32, "double": np.float64}
 COMPRESSIONS = (None, "gzip")  # what every HDF5 can read, thus every viewer
 
 
-class VTKHDFExporter(NodeExporter):
+class VTKHDFExporter(OneFileExporter, NodeExporter):
     """Writes all frames into one file `<path>.vtkhdf`, which ParaView (5.12 or newer) and VTK read with their times.
 
     Args:
         part: the part; every node becomes a point.
-        fields: node fields to export.
+        fields: what to export: node fields become point data, numbers of the part (at="part") field data.
         path: the file; `.vtkhdf` is added if it does not end so. Started anew by a run from the beginning (when its
             first frame is complete), continued by a resumed one.
         configuration: "reference" (default): points are stored once, and viewers keep the mesh from frame to frame;
-            with the displacement among the fields, they warp by it, at any scale. "current": points of every frame.
+            with the displacement among the fields, they warp by it, at any scale. "current": points of every frame,
+            as is needed for a part whose coordinate system moves.
         precision: "single" stores real numbers of frames in 4 bytes, "double" in 8; None (default) as the part does.
             Points that are stored once are double.
         compression: "gzip" for files that are smaller and written many times slower; None (default).
+        radius: True to write a scalar `radius`, m, as well, once: that of the sphere (in 2-D disk, in 1-D segment) with
+            the volume of the node at the first frame, so that glyphs of this size show the body.
         when: trigger.
 
     Raises:
         BadInput: as other exporters of nodes; on an unknown precision or compression; at the start of a resumed run, if
-            the file is not the one that the run has written.
+            the file is not the one that the run has written; for points that are stored once of a part that some
+            relation moves as a whole.
 
     The file is closed after every frame, so it can be copied or looked at while the run goes on. A process that is
     killed leaves all complete frames readable, whenever that happens but for microseconds in every 4096th frame. There
@@ -43,6 +47,7 @@ class VTKHDFExporter(NodeExporter):
     """
 
     example = {"fields": (), "path": "frames"}
+    places = ("node", "part")
 
     def __init__(
         self,
@@ -53,119 +58,96 @@ class VTKHDFExporter(NodeExporter):
         configuration: str = "reference",
         precision: str | None = None,
         compression: str | None = None,
+        radius: bool = False,
         when: Trigger = always,
     ) -> None:
         path = Path(path)
         path = path if path.suffix == ".vtkhdf" else path.with_name(f"{path.name}.vtkhdf")
-        super().__init__(part, fields, path, configuration=configuration, when=when)
-        for name, value, known in (("precision", precision, PRECISIONS), ("compression", compression, COMPRESSIONS)):
-            if value not in known:
-                raise BadInput(f"{self.label}: {name}={value!r} must be one of {', '.join(map(repr, known))}")
+        super().__init__(part, fields, path, configuration=configuration, radius=radius, when=when)
+        self._choice("precision", precision, PRECISIONS)
+        self._choice("compression", compression, COMPRESSIONS)
         self.precision, self.compression = precision, compression
         self._times: list[float] = []
         self._room: Room = {}
-
-    # -- a run ------------------------------------------------------------------------------------------------------
+        self._place: tuple[Any, ...] = ()  # how the coordinate system lay in the world when it was last compared
 
     def attach(self) -> None:
+        above = systems(self.part.system)
+        if self.configuration == "reference" and any(
+            isinstance(each, SolidMotion) and each.system in above for each in self._scene
+        ):
+            raise BadInput(self._moves())
         super().attach()
-        self._room = {}
-
-    def reset(self) -> None:
-        self._times = []
-
-    def state(self) -> dict[str, Any]:
-        return {"times": list(self._times)}
-
-    def restore(self, state: dict[str, Any]) -> None:
-        self._times = [float(time) for time in state["times"]]
-
-    def begin(self, clock: Clock) -> None:
-        """Drops what lies behind the frames of this run, if it goes on.
-
-        Raises:
-            BadInput: if the file does not hold these frames.
-        """
-        if not self._times:
-            return
-        difference = "is not there"
-        if self.path.exists():
-            try:
-                difference = self._continue()
-            except (OSError, RuntimeError) as error:
-                difference = f"cannot be continued ({error})"
-        if difference:
-            raise BadInput(
-                f"{self.label}: {self.path} should hold {len(self._times)} frames of the run that goes on, and "
-                f"{difference}: another run has written it; start again, or put the old file back"
-            )
-
-    def apply(self, clock: Clock) -> None:
-        times = [*self._times, clock.time]
-        try:
-            if self._times:
-                with series.opened(self.path) as file:
-                    series.append(file, times, len(self.part), self._arrays())
-            else:
-                points = self.positions() if self.configuration == "reference" else None
-                with written_whole(self.path) as partial:
-                    series.make(partial, points, len(self.part), self._arrays(), self.compression)
-                    with series.opened(partial) as file:
-                        series.append(file, times, len(self.part), self._arrays())
-        except (OSError, RuntimeError) as error:
-            why = str(error).split("\n")[0]
-            raise OSError(f"{self.label} cannot write {self.path} ({why}): is the disk full?") from error
-        self._times = times
+        self._room, self._place = {}, ()
 
     # -- what is in the file ----------------------------------------------------------------------------------------
+
+    def _make(self, path: Path) -> None:
+        series.make(path, self._still(), len(self.part), self._arrays(), self.compression)
+
+    def _append(self, file: Any, times: list[float], clock: Clock) -> None:
+        if self.configuration == "reference":
+            self._check_place(file)
+        series.append(file, times, self._arrays())
+
+    def _check_place(self, file: Any) -> None:
+        """Looks whether points that are stored once are still where they were, whoever has moved the coordinate system.
+
+        Raises:
+            BadInput: if they are not.
+        """
+        now = tuple(system.mapping for system in systems(self.part.system))
+        if now == self._place:
+            return
+        if not np.array_equal(file["VTKHDF/Points"][:], self.positions()):
+            raise BadInput(self._moves())
+        self._place = now
+
+    def _moves(self) -> str:
+        return (
+            f"{self.label}: the coordinate system of the part moves, and configuration='reference' stores its points "
+            "once: take configuration='current'"
+        )
+
+    def _still(self) -> Iterator[tuple[str, NDArray[Any]]]:
+        """What is the same in all frames, by the names of the file."""
+        if self.configuration == "reference":
+            yield "Points", self.positions()
+        if self.radius:
+            yield f"PointData/{RADIUS}", self.radii()
 
     def _arrays(self) -> Iterator[tuple[str, NDArray[Any]]]:
         """What belongs to a frame, by the names of the file: one after the other, as each may be a copy."""
         if self.configuration == "current":
             yield "Points", self._stored(self.positions(room=self._room))
-        for field in dict.fromkeys(self.fields):
+        for field in self.node_fields:
             yield f"PointData/{field.name}", self._stored(self.values(field, self._room))
+        for field in self.part_fields:
+            yield f"FieldData/{field.name}", self._stored(self[field].reshape(1, -1))
 
-    def _stored(self, array: NDArray[Any]) -> NDArray[Any]:
-        """The same numbers, of the type of the file, one after the other in memory."""
-        if array.dtype.kind == "b":  # HDF5 would make an enumeration of it, which viewers do not know
-            return np.ascontiguousarray(array, np.uint8)
-        return np.ascontiguousarray(array, PRECISIONS[self.precision] if array.dtype.kind == "f" else None)
+    def _count(self, file: Any) -> int:
+        return int(file["VTKHDF/Steps"].attrs["NSteps"])
 
-    def _continue(self) -> str:
-        """Makes the file one with the frames of this run and no others; what is wrong if that cannot be."""
-        import h5py
+    def _cut(self, file: Any, count: int) -> None:
+        series.cut(file, count)
 
-        with h5py.File(self.path, "r", locking=False) as file:
-            difference = self._difference(file)
-            if difference:
-                return difference
-            frames = int(file["VTKHDF/Steps"].attrs["NSteps"])
-        if not series.was_closed(self.path):
-            series.save(self.path, self._times)
-        elif frames > len(self._times):
-            with series.opened(self.path) as file:
-                series.cut(file, len(self._times))
-        return ""
+    def _save(self, times: list[float]) -> None:
+        series.save(self.path, times)
 
     def _difference(self, file: Any) -> str:
-        """What tells the file from the one that this run has written so far, as the end of a sentence."""
         if not series.is_series(file):
             return "is no series of frames"
         if series.nodes(file) != len(self.part):
             return f"has {series.nodes(file)} nodes instead of {len(self.part)}"
         holds = {name: (data.dtype, data.shape[1:], data.compression) for name, data in series.moving(file).items()}
-        wanted = {name: (values.dtype, values.shape[1:], self.compression) for name, values in self._arrays()}
+        wanted = {name: (values.dtype, values.shape[1:], self._how(name)) for name, values in self._arrays()}
         if holds != wanted:
-            return f"holds {_listed(holds)} instead of {_listed(wanted)}"
-        times = file["VTKHDF/Steps/Values"][:].tolist()
-        if len(times) < len(self._times):
-            return f"holds {len(times)}"
-        wrong = [pair for pair in zip(times, self._times, strict=False) if pair[0] != pair[1]]
-        return f"holds the time {wrong[0][0]} s instead of {wrong[0][1]} s" if wrong else ""
+            return f"holds {in_words(holds)} instead of {in_words(wanted)}"
+        has, needs = list(series.still(file)), [name for name, _ in self._still()]
+        if has != needs:
+            return f"holds {has} once for all frames instead of {needs}"
+        return self._other_times(file["VTKHDF/Steps/Values"][:].tolist())
 
-
-def _listed(arrays: dict[str, tuple[Any, ...]]) -> str:
-    """Arrays of a frame in words."""
-    texts = [f"{name} ({dtype}, compression {how})" for name, (dtype, _, how) in sorted(arrays.items())]
-    return ", ".join(texts) or "no fields"
+    def _how(self, name: str) -> str | None:
+        """How an array is compressed: a few numbers are not."""
+        return None if name.startswith("FieldData") else self.compression

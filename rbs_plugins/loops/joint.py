@@ -116,11 +116,11 @@ class JointLoops:
         self._prepare()
         self._rows.start()
 
-    def force(self, time: float, dt: float, start: Any = False) -> bool:
-        """Adds the force density of the present displacements to "out"; False if it is not finite."""
+    def add(self, time: float, dt: float, start: Any = False) -> bool:
+        """Adds the sums of the present displacements to "out"; False if they are not finite."""
         assert not np.any(start)
         self._prepare()
-        finite = self._rows.force(time, dt)
+        finite = self._rows.add(time, dt)
         for loop in self._brings:
             loop(alone=self._alone)
         return finite

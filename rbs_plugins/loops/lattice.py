@@ -18,7 +18,7 @@ from rbs_plugins.loops.recipe import Recipe
 
 
 class LatticeLoops:
-    """The loops of one force over bonds held as lattice.
+    """The loops of one force, or of another sum, over bonds held as lattice.
 
     Args:
         recipe: what is computed.
@@ -65,13 +65,17 @@ class LatticeLoops:
         if recipe.dissipation:
             self._inputs["before"] = np.zeros_like(self.position)
         self._survey = self._of_ranges(cells.survey)
-        self._carries = [
-            self._cells.carry(inputs[each], by_cell[each])
-            for each in changing
-            if by_cell.get(each) is not inputs.get(each)
+        copied = [each for each in changing if by_cell.get(each) is not inputs.get(each)]
+        still = [f"field_{name}" for name in recipe.still]
+        self._carries = [self._cells.carry(inputs[each], by_cell[each]) for each in copied if each not in still]
+        self._gather = self._gatherer(self._inputs["displacement"], self.position, self._moved)
+        self._felt = np.zeros_like(self._moved)
+        self._feel = [
+            self._gatherer(inputs[each][:, None], by_cell[each][None, :], self._felt)
+            for each in still
+            if each in copied
         ]
-        self._gather = self._gatherer(self.position)
-        self._force, self._finish = self._sweep("force"), self._finisher(self._inputs["out"])
+        self._sum, self._finish = self._sweep(recipe.sums), self._finisher(self._inputs["out"])
         self._every: Sequence[LatticeLoops] = ()
         self._energy: tuple[Loop, Loop, Loop] | None = None
         self._count = self.visited = len(stored)
@@ -109,10 +113,9 @@ class LatticeLoops:
         inputs = {**self._inputs, **other}
         return Loop(Text.of(function), function.__name__, inputs, self._cells.ranges, len(self._stored))
 
-    def _gatherer(self, target: NDArray[Any]) -> Loop:
+    def _gatherer(self, source: NDArray[Any], target: NDArray[Any], moved: NDArray[np.bool_]) -> Loop:
         function = cells.gather_dense if self._stored.dense else cells.gather
-        moved = self._moved.view(np.uint8)
-        return self._of_ranges(function, source=self._inputs["displacement"], target=target, moved=moved)
+        return self._of_ranges(function, source=source, target=target, moved=moved.view(np.uint8))
 
     def _finisher(self, out: NDArray[Any]) -> Loop:
         """What brings sums by cell to the nodes."""
@@ -124,7 +127,7 @@ class LatticeLoops:
 
     def _carry(self) -> None:
         """Brings fields of nodes that have changed to their cells."""
-        for loop in self._carries:
+        for loop in (*self._carries, *self._feel):
             loop()
 
     def begin(self) -> None:
@@ -159,25 +162,26 @@ class LatticeLoops:
         if self._everything:
             return np.ones(len(self._color), np.bool_), None
         found = self._at_most
-        if self._quiet and not self._moved.all():
-            found = self._with_stripes(self._holding & self._cells.behind(self._moved))
+        moved = self._moved | self._felt if self._feel else self._moved
+        if self._quiet and not moved.all():
+            found = self._with_stripes(self._holding & self._cells.behind(moved))
         self._busy[:], work, touched = found
         self.visited = self._count * int(np.count_nonzero(self._busy)) // max(len(self._busy), 1)
         return work, self._finish.tasks[touched]
 
-    def force(self, time: float, dt: float, start: bool | NDArray[np.bool_] = False) -> bool:
-        """Adds the force density of the present displacement to "out", or sets it; False if it is not finite."""
+    def add(self, time: float, dt: float, start: bool | NDArray[np.bool_] = False) -> bool:
+        """Adds the sums of the present displacement to "out", or sets it; False if they are not finite."""
         if "before" in self._inputs:
             self.position, old = self._inputs["before"], self.position
             self._inputs.update(u=self.position, before=old)
-            for loop in (self._force, *self.__dict__.get("_breaking", ())):
+            for loop in (self._sum, *self.__dict__.get("_breaking", ())):
                 loop.set(u=self.position, before=old)
             self._gather.set(target=self.position)
         self._carry()
         self._gather()
         work, touched = self._look()
-        self._force.set(time=time, dt=dt)
-        failing = self._by_color(self._force, work)
+        self._sum.set(time=time, dt=dt)
+        failing = self._by_color(self._sum, work)
         self._finish.set(start=start)
         finite = not self._finish(None if np.any(start) else touched).any()
         if failing.any():
@@ -215,7 +219,8 @@ class LatticeLoops:
         # displacements of its own: those of the force must stay what they were at its last call
         target = np.zeros_like(self.position)
         sweep = self._sweep("energy", u=target, targets=self._targets[:1], busy=np.ones_like(self._busy, np.uint8))
-        self._energy = self._gatherer(target), sweep, self._finisher(out)
+        gather = self._gatherer(self._inputs["displacement"], target, np.zeros_like(self._moved))
+        self._energy = gather, sweep, self._finisher(out)
 
     def energy(self, out: NDArray[Any], time: float, dt: float) -> None:
         """Adds the strain energy density (n,) of the present displacement."""
@@ -255,7 +260,7 @@ class LatticeLoops:
 
     @property
     def _mergeable(self) -> list[Loop]:
-        return [self._survey, *self._carries, self._gather, self._force, self._finish]
+        return [self._survey, *self._carries, *self._feel, self._gather, self._sum, self._finish]
 
     @property
     def kind(self) -> Hashable:
@@ -272,5 +277,6 @@ class LatticeLoops:
         result._inputs, result._every, result._everything = {}, every, True
         result._count = result.visited = sum(each._count for each in every)
         result._color = np.concatenate([each._color for each in every])
-        result._survey, *result._carries, result._gather, result._force, result._finish = together
+        result._survey, *result._carries, result._gather, result._sum, result._finish = together
+        result._feel = []
         return result

@@ -46,7 +46,8 @@ class LatticeBody(Body):
         arrays = {} if self.recipe.uniform else {"volume": "ij"}
         for argument in self.used:
             if argument.kind == "node":
-                arrays[argument.array] = arrays.get(argument.array, "") + argument.name[-1]
+                ends = "ij" if self.recipe.sums == "total" else argument.name[-1]
+                arrays[argument.array] = arrays.get(argument.array, "") + ends
         return arrays
 
     @property
@@ -71,12 +72,17 @@ class LatticeBody(Body):
         """Source of the question whether a bond fails now."""
         return f"holds & {self.fails}" + (" & ((here_zone[q] & bit) != 0)" if self.recipe.breakable else "")
 
-    def both(self, value: str) -> list[str]:
-        """Lines that add a value, times the volume of the other end, to the sums of either end, if `counts` says so."""
+    def both(self, value: str, back: str | None = None) -> list[str]:
+        """Lines that add a value, times the volume of the other end, to the sums of either end, if `counts` says so.
+
+        Args:
+            value: for the end where the bond begins.
+            back: for the other one; the same if not given.
+        """
         here, ahead = ("", "") if self.recipe.uniform else (" * ahead_volume[q]", " * here_volume[q]")
         return [
             f"own0[q] = own0[q] + {value}{here} if counts else own0[q]",
-            f"other0[q] = other0[q] + {value}{ahead} if counts else other0[q]",
+            f"other0[q] = other0[q] + {back or value}{ahead} if counts else other0[q]",
         ]
 
     # -- the loops around -------------------------------------------------------------------------------------------
@@ -152,6 +158,16 @@ def force(r: Recipe) -> str:
     return body.loop("force", r.dimension, lines, SKIP, zoned=r.breakable)
 
 
+def total(r: Recipe) -> str:
+    """Adds sums of a scalar law by cell."""
+    body = LatticeBody(r, r.law_arguments)
+    lines = [*body.lines(), "counts = holds", f"value = REAL({body.call('law', r.law_arguments)}){body.weight}"]
+    swapped = body.swapped(r.law_arguments)
+    if swapped:
+        lines.append(f"back = REAL({body.call('law', r.law_arguments, **swapped)}){body.weight}")
+    return body.loop("total", 1, [*lines, *body.both("value", "back" if swapped else None)], SKIP)
+
+
 def energy(r: Recipe) -> str:
     """Adds strain energy densities by cell."""
     body = LatticeBody(r, r.of_energy)
@@ -186,7 +202,7 @@ def release(r: Recipe) -> str:
     return body.loop("release", 0, lines, ONLY_FAILED, zoned=r.breakable)
 
 
-LOOPS = {"force": force, "energy": energy, "stiffness": stiffness, "record": record, "release": release}
+LOOPS = {"force": force, "total": total, "energy": energy, "stiffness": stiffness, "record": record, "release": release}
 
 
 @cache

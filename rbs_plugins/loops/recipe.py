@@ -41,6 +41,10 @@ class Recipe:
     Attributes:
         dimension: 1, 2 or 3.
         law, criterion, potential: plain functions; the last two may be None.
+        sums: what the loops are for: "force", Σ law β V d/|d|, or "total", Σ law β V of any scalar law.
+        still, scales: names of fields that are zero where nothing has moved yet, and of those that only multiply:
+            a law that asks for no others may be zero at rest all the same.
+        release: energy that a failing bond frees, where this is not its potential; asks for what the law asks for.
         law_arguments, criterion_arguments, potential_arguments: resolved, in the order of the functions.
         intact: whether bonds may be broken.
         breakable: whether some bonds may not break.
@@ -66,6 +70,10 @@ class Recipe:
     uniform: bool = True
     dissipation: bool = False
     late: bool = False
+    sums: str = "force"
+    release: Callable[..., Any] | None = None
+    still: tuple[str, ...] = ()
+    scales: tuple[str, ...] = ()
     real: str = "float64"
     roots: str = "hardware"
     processor: str = "other"
@@ -87,7 +95,7 @@ class Recipe:
     @property
     def laws(self) -> dict[str, Callable[..., Any]]:
         """The functions that there are, by the names that the loops call them by."""
-        every = {"law": self.law, "criterion": self.criterion, "potential": self.potential}
+        every = {"law": self.law, "criterion": self.criterion, "potential": self.potential, "release": self.release}
         return {name: function for name, function in every.items() if function is not None}
 
     @property
@@ -138,10 +146,12 @@ class Recipe:
         if self.criterion is not None:
             functions["criterion"] = (self.criterion, self.criterion_arguments, False)
         for name, (function, arguments, still) in functions.items():
-            if any(argument.kind not in ("kinematic", "parameter") for argument in arguments):
+            fields = self._resting_fields(arguments)
+            known = [a.kind in ("kinematic", "parameter") or a.name in fields for a in arguments]
+            if not all(known):
                 return f"its {name} depends on more than the bond's own deformation"
             for length in np.unique(lengths).tolist():
-                at_rest = kinematic_values(0.0, length)
+                at_rest = {**kinematic_values(0.0, length), **fields}
                 try:
                     answer = plain(function)(*(at_rest.get(a.name, a.value) for a in arguments))
                 except Exception as error:  # whatever a user's function raises
@@ -149,6 +159,12 @@ class Recipe:
                 if answer != still:
                     return f"its {name} is {answer} at rest"
         return None
+
+    def _resting_fields(self, arguments: tuple[Argument, ...]) -> dict[str, float]:
+        """Values at rest of fields of which that is known: 0 of those that are still, any of those that scale."""
+        values = {**dict.fromkeys(self.scales, 1.0), **dict.fromkeys(self.still, 0.0)}
+        names = {a.name: a.name[:-2] if a.kind == "node" else a.name for a in arguments if a.field is not None}
+        return {name: values[field] for name, field in names.items() if field in values}
 
     def force_at(self, stretch: float, length: float) -> float:
         """The law for a bond of some reference length, in plain Python."""
@@ -237,6 +253,12 @@ class Body(ABC):
         """Source of a call of a law."""
         return f"{name}({', '.join(replaced.get(a.name) or self._value(a) for a in arguments)})"
 
+    def swapped(self, arguments: tuple[Argument, ...]) -> dict[str, str]:
+        """Sources for `call` as seen from the other end of a bond; nothing if both see the same."""
+        turned = {"_i": "_j", "_j": "_i"}
+        each = [a for a in arguments if a.kind == "node"]
+        return {a.name: self.value(replace(a, name=a.name[:-2] + turned[a.name[-2:]])) for a in each}
+
     def _value(self, argument: Argument) -> str:
         if argument.kind == "parameter":
             return f"p_{argument.name}"
@@ -270,8 +292,10 @@ class Body(ABC):
         old = {"stretch": "stretch_old", "length": "length_old", "extension": "stretch_old * reference_length"}
         at, along, size = ({}, "d", "length") if late else (old, "o", "length_old")
         path = self.each(along + "{k} * (d{k} - o{k})", " + ")
-        work = f"work = 0.5 * {self.call('law', self.recipe.law_arguments, **at)} * ({path}) / {size}"
-        return [work, f"lost += 0.5 * ({self.potential(**at)} + work){self.weight}"]
+        arguments = self.recipe.law_arguments
+        work = f"work = 0.5 * {self.call('law', arguments, **at)} * ({path}) / {size}"
+        freed = self.potential(**at) if self.recipe.release is None else self.call("release", arguments, **at)
+        return [work, f"lost += 0.5 * ({freed} + work){self.weight}"]
 
     def slope(self) -> list[str]:
         """Adds |d law / d stretch| / |ξ| β V at rest to `total`; of a kink the steeper side."""

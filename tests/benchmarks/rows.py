@@ -64,7 +64,7 @@ def of_force(force: rbs.Relation, repeats: int, figures: Figures) -> None:
 
     for threads in sorted({1, os.cpu_count() or 1}):
         numba.set_num_threads(threads)
-        loop = sample(force._loops._force, repeats)
+        loop = sample(force._loops._sum, repeats)
         figures.update({f"force_{threads}_{which}": value for which, value in loop.items()})
 
 
@@ -132,7 +132,7 @@ def law(size: str) -> Figures:
         with rbs.Analysis([force]) as analysis:
             analysis.prepare()
             force.begin(analysis.clock)
-            loops[name] = force._loops._force
+            loops[name] = force._loops._sum
     numba.set_num_threads(1)
     seconds: dict[str, list[float]] = {name: [] for name in loops}
     for _ in range(5):
@@ -200,6 +200,59 @@ def frame(size: str) -> Figures:
     return {**found, "MB_per_frame": megabytes}
 
 
+def exporters(kind: str, size: str) -> Figures:
+    """Seconds and megabytes of a frame of every exporter, with four vector fields; pictures draw one."""
+    from machine import spread
+
+    import rbs_plugins as rp
+    from rbs_core.part import Connection
+    from rbs_plugins.fields import displacement, volume
+
+    dimension = DIMENSION[kind]
+    part, *_ = body((int(size),) * dimension)
+    side = int(size) * SPACING
+    center = [side, *(0.0,) * (dimension - 1)]
+    other = rbs.Part("other", rbs.Box(size=[side] * dimension, center=center)).discretize(SPACING)
+    shake(part)
+    own = [rbs.Field(f"v{k}", "node", "vector", "m", "v", "Made up for the benchmark.") for k in range(3)]
+    for k, field in enumerate(own):
+        part[field] = np.random.default_rng(k).standard_normal(part.positions.shape)
+    fields = [displacement, *own]
+    reductions = [each(field) for field in fields for each in (rp.total, rp.smallest, rp.largest)]
+    means = [rp.mean(field, weights=volume) for field in fields]
+    figures: Figures = {}
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for what, exporter in {
+            "VTK": rp.VTKExporter(part, fields, folder / "a"),
+            "VTK_radius": rp.VTKExporter(part, fields, folder / "b", radius=True),
+            "VTKHDF": rp.VTKHDFExporter(part, fields, folder / "c"),
+            "VTKHDF_gzip": rp.VTKHDFExporter(part, fields, folder / "d", compression="gzip"),
+            "HDF5": rp.HDF5Exporter(part, fields, folder / "e"),
+            "HDF5_single": rp.HDF5Exporter(part, fields, folder / "f", precision="single"),
+            "HDF5_lzf": rp.HDF5Exporter(part, fields, folder / "g", compression="lzf"),
+            "HDF5_plain": rp.HDF5Exporter(part, fields, folder / "h", compression=None),
+            "CSV": rp.CSVExporter(part, [*reductions, *means], folder / "i.csv"),
+            "Text": rp.TextExporter(part, fields, folder / "j"),
+            "Picture": rp.PictureExporter(part, displacement, folder / "k"),
+            "Animation": rp.AnimationExporter(part, displacement, folder / "l.gif"),
+            "Neighborhood": rp.NeighborhoodExporter(part, folder / "m", when=rbs.always),
+            "Connection": rp.ConnectionExporter(
+                Connection(part, other, RATIO * SPACING), folder / "n", when=rbs.always
+            ),
+        }.items():
+            report = rbs.Analysis([exporter]).run(steps=1, dt=1.0, force_dt=True, progress=False)
+            figures[f"{what}_first"] = report.rows[0].seconds
+            analysis = rbs.Analysis([exporter])
+            runs = [analysis.run(steps=k, dt=1.0, force_dt=True, progress=False) for k in range(1, 8)]
+            figures[f"{what}_median"] = spread([run.rows[0].seconds for run in runs])["median"]
+            files = [path for path in folder.rglob("*") if path.is_file()]
+            figures[f"{what}_MB"] = sum(path.stat().st_size for path in files) / 7e6
+            for path in files:
+                path.unlink()
+    return figures
+
+
 def case(size: str) -> Figures:
     """The plate with a pre-existing crack, 1250 steps with 50 frames: seconds of the command and of its parts."""
     import subprocess
@@ -219,8 +272,8 @@ def case(size: str) -> Figures:
 
 def main() -> None:
     row, *arguments = sys.argv[1:]
-    rows = {"limits": limits, "law": law, "parts": parts, "frame": frame, "case": case, "scene": scene}
-    print(json.dumps(rows[row](*arguments)))
+    rows = [limits, law, parts, frame, exporters, case, scene]
+    print(json.dumps({each.__name__: each for each in rows}[row](*arguments)))
 
 
 if __name__ == "__main__":

@@ -88,6 +88,12 @@ def links(page: Path) -> list[str]:
     return [target for target in re.findall(r"\]\(([^)\s]+)\)", prose(page)) if "://" not in target]
 
 
+def pictures(page: Path) -> list[Path]:
+    """The pictures of a page."""
+    targets = re.findall(r"!\[[^\]]*\]\(([^)\s]+)\)", prose(page))
+    return [(page.parent / target).resolve() for target in targets if "://" not in target]
+
+
 def leads_somewhere(page: Path, target: str) -> bool:
     """True if the file of a link exists, and the heading that its anchor names."""
     name, _, anchor = target.partition("#")

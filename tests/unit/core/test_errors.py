@@ -39,3 +39,15 @@ def test_none_is_another_one():
     """`except BadInput` must not swallow an unstable step, although both are a ValueError."""
     for name in KINDS:
         assert getattr(errors, name).__bases__ == (errors.RBSError, KINDS[name])
+
+
+@pytest.mark.parametrize(
+    ("name", "known", "text"),
+    [
+        ("lft", ["right", "left"], "the nearest names are left"),
+        ("xyz", ["right", "left"], "there are left, right"),
+        ("xyz", [], "there are none"),
+    ],
+)
+def test_misspelt_names_are_told_the_nearest(name, known, text):
+    assert errors.nearest(name, known) == text

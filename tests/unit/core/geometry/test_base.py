@@ -14,7 +14,6 @@ from rbs_core.geometry import (
     Everywhere,
     Geometry,
     HalfSpace,
-    Moved,
     Nowhere,
     Placed,
     Point,
@@ -23,7 +22,7 @@ from rbs_core.geometry import (
     Surfaces,
     Where,
 )
-from rbs_core.geometry.base import no_bounds
+from rbs_core.geometry.described import no_bounds
 from rbs_core.space import world
 
 
@@ -85,7 +84,6 @@ def test_operators_make_combined_geometries():
         assert joined == Combined(operation, DISK, SQUARE)
     assert Complement(DISK) == ~DISK
     assert ~~DISK is DISK
-    assert DISK.moved((1, 2)) == Moved(DISK, (1.0, 2.0))
     assert Point(0.0) | Point(1.0) == Surfaces(Point(0.0), Point(1.0))
 
 
@@ -128,8 +126,9 @@ def test_whole_numbers_and_lists_are_points_too():
             r"Ball\(.*\) has dimension 2, Ball\(.*\) has 3; join only what has the same",
         ),
         (lambda: DISK & 3, r"b = 3 is no Geometry"),
-        (lambda: DISK - Point(0.0), r"b = Point\(x=0.0\) is no Geometry"),
-        (lambda: Point(0.0) | DISK, r"members\[1\] = Ball\(.*\) is no Surface"),
+        (lambda: DISK - Point(0.0), r"Ball\(.*\) has dimension 2, Point\(x=0.0\) has 1"),
+        (lambda: DISK.status([[0.0, 0.0]], tolerance=-1.0), r"tolerance = -1.0 is negative; give a length from 0"),
+        (lambda: Point(0.0) | "disk", r"b = 'disk' is no Geometry"),
         (lambda: Complement("box"), r"a = 'box' is no Geometry"),
     ],
 )

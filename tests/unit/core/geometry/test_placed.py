@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from rbs_core.errors import BadInput
-from rbs_core.geometry import Ball, Box, Everywhere, HalfSpace, Moved, Nowhere, Placed, Where
+from rbs_core.geometry import Ball, Box, Everywhere, HalfSpace, Nowhere, Placed, Slab, Transformed, Where
 from rbs_core.space import Cartesian, Mapping, convert, uniform, world
+from tests.unit.core.geometry.examples import counting_error
 
 POINTS = np.random.default_rng(5).uniform(-3.0, 3.0, (500, 2))
 
@@ -29,7 +30,7 @@ def test_moved():
     assert np.allclose(box.distance(POINTS), Box((2.0, 2.0), (1.0, 3.0)).distance(POINTS), atol=1e-15)
     assert [side.tolist() for side in box.bounds] == [[0.0, 2.0], [2.0, 4.0]]
     assert [side.tolist() for side in HalfSpace((0, 0), (0, 1)).moved((1, 2)).bounds] == [[-np.inf, 2.0], [np.inf] * 2]
-    assert Everywhere().moved((1.0, 2.0, 3.0)).dimension == 3
+    assert Everywhere().moved((1.0, 2.0, 3.0)) == Everywhere()
 
 
 def test_placed_and_turned():
@@ -56,6 +57,16 @@ def test_ball_under_stretched_axes_is_an_ellipsoid():
     grid = uniform(*ellipsoid.bounds, 0.125)
     volume = ellipsoid.contains(grid.points()).sum() * grid.cell_volume()
     assert volume == pytest.approx(4 / 3 * np.pi * 5.0 * 2.5 * 2.5, rel=2e-3)
+
+
+def test_the_volume_of_an_ellipsoid_converges(rng):
+    """Section 3.4.2.3 of Jenabidehkordi (2021): half axes 5, 2.5, 2.5."""
+    system = world.child("stretched", axes=[(2.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)])
+    ellipsoid, exact = Ball(2.5, (0.0, 0.0, 0.0)).placed(system), 4 / 3 * np.pi * 5.0 * 2.5 * 2.5
+    coarse, middle, fine = (counting_error(ellipsoid, exact, spacing, rng) for spacing in (0.5, 0.25, 0.125))
+    assert coarse < 0.02
+    assert middle < 0.007
+    assert fine < 0.002
 
 
 def test_distance_under_stretched_axes_is_a_bound():
@@ -154,6 +165,26 @@ def test_under_a_curved_mapping_bounds_are_infinite_and_distance_is_unknown():
         plate.distance([[0.0, 0.0, 0.0]])
 
 
+def test_the_volume_of_a_paraboloid_plate_converges(rng):
+    """The same section; the mapping keeps volumes."""
+    plate = Slab(0.04, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)).placed(world.mapped("paraboloid", Paraboloid()))
+    piece = plate & Box.between((-0.25, -0.5, -0.05), (0.25, 0.5, 0.2))
+    coarse, fine = (counting_error(piece, 0.5 * 1.0 * 0.04, spacing, rng) for spacing in (0.03, 0.009))
+    assert coarse < 0.1
+    assert fine < 0.02
+
+
+def test_nodes_of_a_paraboloid_plate_are_those_of_the_flat_one_mapped():
+    system = world.mapped("paraboloid", Paraboloid())
+    grid = uniform((-2.5, -5.0, -0.02), (2.5, 5.0, 0.02), 0.04)
+    points = system.to_parent(grid.points())
+    plate = Slab(0.04, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)).placed(system)
+    assert plate.contains(points).all()
+    assert len(grid) * grid.cell_volume() == pytest.approx(5.0 * 10.0 * 0.04)
+    assert points[:, 2].max() == pytest.approx(12.5, rel=0.02)
+    assert points[:, 2].min() == pytest.approx(0.0, abs=1e-3)
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -161,7 +192,8 @@ def test_under_a_curved_mapping_bounds_are_infinite_and_distance_is_unknown():
         (lambda: Box((1, 1)).moved((1, np.inf)), r"vector\[1\] = inf is not finite"),
         (lambda: Box((1, 1)).placed(world), r"system 'world' is a root; place the geometry in a child"),
         (lambda: Box((1, 1)).placed("plate"), r"system = 'plate' is no CoordinateSystem; make one by world.child"),
-        (lambda: Moved(3, (1, 2)), r"geometry = 3 is no Geometry"),
+        (lambda: Transformed(3, np.eye(2), 1.0, (1, 2)), r"geometry = 3 is no Geometry"),
+        (lambda: Transformed(Box((1, 1)), np.eye(3), 1.0, (1, 2, 3)), r"shift = .* has 3 components, but Box.* give 2"),
         (lambda: Placed(3, world.child("a")), r"geometry = 3 is no Geometry"),
         (
             lambda: Where(np.any).placed(world.child("up", axes=[(1, 0, 0), (0, 0, 1)])).contains([[0.0, 1.0]]),

@@ -1,4 +1,4 @@
-"""Planar polygons as cuts in space."""
+"""Polygons: regions of the plane, and cuts in space."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from rbs_core.errors import BadInput
-from rbs_core.geometry import Point, Polygon
+from rbs_core.geometry import Ball, Box, Point, Polygon, Rectangle, RegularPolygon, Triangle
 from rbs_core.space import Cartesian, uniform
 
 QUIET = settings(derandomize=True, deadline=None, database=None, max_examples=200)
@@ -132,6 +132,37 @@ def test_bounds_dimension_and_repr():
     assert repr(polygon) == "Polygon(points=((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 2.0, 0.0)))"
 
 
+def test_in_the_plane_a_polygon_is_a_region():
+    polygon = Polygon([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)])
+    points = [[0.5, 0.5], [1.5, 1.5], [1.0, 1.5], [2.0, 0.0], [-3.0, -4.0]]
+    assert polygon.contains(points).tolist() == [True, False, True, True, False]
+    assert polygon.status(points).tolist() == [-1, 1, 0, 0, 1]
+    assert polygon.distance(points) == pytest.approx([-0.5, 0.5, 0.0, 0.0, 5.0])
+    assert polygon.area == 3.0
+    assert np.array_equal(polygon.bounds, [[0.0, 0.0], [2.0, 2.0]])
+
+
+def test_triangle_rectangle_and_regular_polygon_are_polygons(rng):
+    points = rng.uniform(-2.0, 2.0, (2000, 2))
+    assert np.array_equal(Rectangle((-1, -1), (2, 0), (0, 2)).contains(points), Box((2.0, 2.0)).contains(points))
+    square = RegularPolygon(4, (0, 0), (1, 0))
+    assert np.array_equal(square.contains(points), np.abs(points).sum(axis=1) <= 1.0)
+    assert square.points.tolist() == [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]
+    assert Triangle((0, 0), (2, 0), (0, 2)).area == 2.0
+    assert RegularPolygon(6, (0, 0), (1, 0)).area == pytest.approx(1.5 * np.sqrt(3.0))
+    many = RegularPolygon(100, (0, 0), (1, 0))
+    assert many.distance(points) == pytest.approx(Ball(1.0, (0, 0)).distance(points), abs=1e-3)
+
+
+def test_in_space_they_cut_like_the_polygon_with_the_same_corners(rng):
+    starts, ends = rng.uniform(-1.0, 1.0, (2, 1000, 3))
+    rectangle = Rectangle((-0.5, -0.5, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    square = RegularPolygon(4, (0.0, 0.0, 0.0), (0.5, 0.5, 0.0), (0.0, 0.0, 1.0))
+    expected = Polygon(np.array(SQUARE) / 2).crosses(starts, ends)
+    assert np.array_equal(rectangle.crosses(starts, ends), expected)
+    assert np.array_equal(square.crosses(starts, ends), expected)
+
+
 def test_what_is_coplanar_within_round_off_is_accepted():
     corners = TILT.to_parent(np.array(L_SHAPE, dtype=float)) * 1e-9 + [0.0, 0.0, 1e-8]
     assert Polygon(corners).crosses([corners[0] + 1e-9], [corners[0] - 1e-9]).shape == (1,)
@@ -140,8 +171,8 @@ def test_what_is_coplanar_within_round_off_is_accepted():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: Polygon([(0, 0, 0), (1, 0, 0)]), r"points has shape \(2, 3\); give 3 points or more in 3-D"),
-        (lambda: Polygon([(0, 0), (1, 0), (1, 1)]), r"points has shape \(3, 2\); give 3 points or more in 3-D"),
+        (lambda: Polygon([(0, 0, 0), (1, 0, 0)]), r"points has shape \(2, 3\); give 3 points or more in 2-D or 3-D"),
+        (lambda: Polygon([(0,), (1,), (2,)]), r"points has shape \(3, 1\); give 3 points or more in 2-D or 3-D"),
         (
             lambda: Polygon([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0.1)]),
             r"points\[3\] = \(0.0, 1.0, 0.1\) lies 0.1 m off the plane of the points before it; move it",
@@ -158,6 +189,27 @@ def test_what_is_coplanar_within_round_off_is_accepted():
             lambda: Polygon([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 0, 0)]),
             r"points\[0\] = .* repeats points\[3\]; leave it out",
         ),
+        (
+            lambda: Polygon([(0, 0), (2, 2), (2, 0), (0, 1)]),
+            r"the edges points\[0\] to points\[1\] and points\[2\] to points\[3\] cross or touch; give the corners in",
+        ),
+        (lambda: Polygon([(0, 0), (1, 1), (1, 0), (0, 1)]), r"the edges points\[0\] to points\[1\] and points\[2\]"),
+        (lambda: Polygon([(0, 0, 5), (1, 1, 5), (1, 0, 5), (0, 1, 5)]), r"the edges points\[0\] to points\[1\] and"),
+        (lambda: Polygon([(0, 0), (1, 0), (2, 0)]), r"enclose no area; give corners that do not lie on a line"),
+        (lambda: Triangle((0, 0), (1, 1), (2, 2)), r"enclose no area"),
+        (lambda: Triangle((0, 0), (1, 1), (2, 2, 2)), r"c = .* has 3 components; give 2"),
+        (
+            lambda: Rectangle((0, 0), (1, 0), (1, 1)),
+            r"first = .* and second = .* are not at right angles",
+        ),
+        (lambda: Rectangle((0, 0), (1, 0), (0, 0)), r"second = .* has no length"),
+        (lambda: RegularPolygon(2, (0, 0), (1, 0)), r"sides = 2 is no number of edges; give a whole number from 3"),
+        (lambda: RegularPolygon(4.5, (0, 0), (1, 0)), r"sides = 4.5 is no number of edges"),
+        (lambda: RegularPolygon("many", (0, 0), (1, 0)), r"sides = 'many' does not hold real numbers"),
+        (lambda: RegularPolygon(5, (1, 1), (1, 1)), r"corner = center = .*; give a corner away from the center"),
+        (lambda: RegularPolygon(5, (0, 0, 0), (1, 0, 0)), r"normal is missing: in 3-D give the direction"),
+        (lambda: RegularPolygon(5, (0, 0, 0), (1, 0, 0), (1, 0, 0)), r"corner - center = .* not at right angles"),
+        (lambda: RegularPolygon(5, (0, 0), (1, 0), (0, 0, 1)), r"give 2 without a normal, or 3 with one"),
         (lambda: Polygon([(0, 0, 0), (1, 0, 0), (1, 0, 0), (1, 1, 0)]), r"points\[2\] = .* repeats points\[1\]"),
         (lambda: Polygon([(0, 0, 0), (1, 0, 0), (1, np.nan, 0)]), r"points\[2, 1\] = nan is not finite"),
         (

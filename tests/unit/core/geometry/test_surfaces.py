@@ -223,9 +223,16 @@ CRACK = Segment((0, 0), (1, 0))
             lambda: Segment((1, 2), (1, 2)),
             r"start = end = \(1.0, 2.0\): a segment without length; give two different tips",
         ),
-        (lambda: Segment((1, 2, 3), (1, 2, 4)), r"start = .* has 3 components; give 2 \(3-D: a Polygon\)"),
+        (lambda: Segment(1.0, 2.0), r"start = .* has 1 component; give 2 or 3 \(1-D: Point to cut"),
+        (
+            lambda: Segment((1, 2, 3), (1, 2, 4)).crosses(np.zeros((1, 3)), np.ones((1, 3))),
+            r"no bond can cross Segment\(.*\): in 3-D bonds pass by a line; cut with a Polygon",
+        ),
         (lambda: Segment((1, np.nan), (1, 2)), r"start\[1\] = nan is not finite"),
-        (lambda: Point((1, 2)), r"x has shape \(2,\); give a single number"),
+        (
+            lambda: Point((1, 2)).crosses(np.zeros((1, 2)), np.ones((1, 2))),
+            r"no bond can cross Point\(.*\): a point cuts in 1-D alone; cut with a Segment",
+        ),
         (lambda: Surfaces(), r"Surfaces\(\) holds no surface; give one at least"),
         (lambda: CRACK | Point(0.0), r"Segment\(.*\) has dimension 2, Point\(.*\) has 1"),
         (

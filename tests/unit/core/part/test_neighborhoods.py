@@ -108,7 +108,7 @@ def test_a_surface_beside_the_part_cuts_nothing(storage):
 
 
 def test_a_volume_is_no_cut():
-    with pytest.raises(BadInput, match=r"cannot cut with Box\(.*\): give a Segment, a Polygon, or a function"):
+    with pytest.raises(BadInput, match=r"cannot cut with Box\(.*\): give a Segment, a Polygon, another surface, or"):
         plate().bonds.cut(Box(size=(1.0, 1.0)))
 
 

@@ -329,9 +329,9 @@ def test_a_region_is_a_geometry_a_mask_indices_or_a_function():
         (np.ones(3, bool), r"a mask must have shape \(16,\), got \(3,\)"),
         ([16], r"node indices must lie in 0..15"),
         ([-1], r"node indices must lie in 0..15"),
-        ([0.5], "a region is a geometry, a mask, indices or a function, got"),
+        ([0.5], "a region is a geometry, a mask, indices, a function or the name of a node set, got"),
         (3, "a region is a geometry"),
-        ("upper", "a region is a geometry"),
+        ("upper", "part 'plate' has no node set 'upper': there are none"),
         (np.zeros((2, 2), int), "a region is a geometry"),
     ],
 )

@@ -9,6 +9,7 @@ import pytest
 
 import rbs_core as rbs
 from rbs_core import BadInput
+from rbs_core.part import Connection
 from rbs_plugins import (
     BondBased,
     BoundaryDomain,
@@ -80,6 +81,22 @@ def test_within():
     region = rbs.HalfSpace(10.5, 1.0)  # cuts the second pair in two: one end is not enough
     assert broken(part, CriticalStretch(0.1, within=region)) == [False, False, True, True]
     assert part[breakable].tolist() == [0, 0, 0, 0, 1, 1, 1, 1]
+
+
+@pytest.mark.parametrize("storage", ["list", "lattice"])
+def test_within_a_node_set(storage):
+    part = rbs.Part("bar", rbs.Box(size=6.0)).discretize(1.0).connect(1.0, storage=storage)
+    part.node_sets["right"] = [3, 4, 5]
+    BondBased(part, c=1.0, fracture=CriticalStretch(0.1, within="right"))
+    assert part[breakable].tolist() == [0, 0, 0, 0, 0, 0, 1, 1, 1, 1]
+    assert breakable in part.store("bond").given
+    with pytest.raises(BadInput, match="part 'bar' has no node set 'rigth': the nearest names are right"):
+        BondBased(part, c=1.0, fracture=CriticalStretch(0.1, within="rigth"))
+    with pytest.raises(BadInput, match="within=3 must be a geometry such as Box, or the name of a node set"):
+        CriticalStretch(0.1, within=3)
+    pair = Connection(part, pairs=[[0, 5]])
+    with pytest.raises(BadInput, match="'within bar' is a connection, which has no node sets: give a geometry"):
+        CriticalStretch(0.1, within="right").mark(pair)
 
 
 def test_two_regions_on_one_part_are_refused():

@@ -1,8 +1,4 @@
-"""VTK files, read back by two other programs.
-
-meshio renumbers the offsets of appended arrays while it looks for them, so it confuses them in files of a few nodes
-(they are fine for VTK, PyVista and ParaView): it reads the larger ones here.
-"""
+"""VTK files, read back by two other programs."""
 
 from __future__ import annotations
 
@@ -16,7 +12,8 @@ import pyvista
 import rbs_core as rbs
 from rbs_core import BadInput, Field, NotFinite
 from rbs_plugins import VTKExporter
-from rbs_plugins.fields import damage, displacement, fracture_dissipation, velocity
+from rbs_plugins.fields import damage, displacement, kinetic_energy, velocity
+from tests.unit.plugins.exporters.moving import Carry, carried
 
 stress = Field("stress", "node", "tensor", "Pa", "σ", "Made up for these tests.")
 
@@ -66,7 +63,7 @@ def test_the_name_in_reports_tells_series_apart(part, tmp_path):
     exporter = export(part, tmp_path / "out" / "frames", steps=1)
     assert exporter.label == "VTKExporter 'block' frames"
     with pytest.raises(BadInput, match=r"^VTKExporter 'block' frames: .* is no node field"):
-        VTKExporter(part, [fracture_dissipation], tmp_path / "frames")
+        VTKExporter(part, [rbs.intact], tmp_path / "frames")
 
 
 def test_series_lists_every_frame_with_its_time(part, tmp_path):
@@ -134,6 +131,18 @@ def test_a_turned_part_is_drawn_in_world_coordinates(tmp_path):
     np.testing.assert_allclose(before["stress"][0].reshape(3, 3), [[0, -1, 0], [-3, 7, 0], [0, 0, 0]], atol=1e-14)
 
 
+@pytest.mark.parametrize("configuration", ["current", "reference"])
+def test_a_part_whose_system_moves_is_where_it_is_at_the_frame(tmp_path, configuration):
+    part, places = carried()
+    exporter = VTKExporter(part, [displacement], tmp_path / "plate", configuration=configuration)
+    rbs.Analysis([Carry(part), exporter]).run(steps=3, dt=1.0, progress=False)
+    for step in (1, 2, 3):
+        grid = pyvista.read(tmp_path / f"plate_{step:06d}.vtu")
+        points, moved = places(step)
+        np.testing.assert_allclose(grid["displacement"], [moved, moved], atol=1e-15)
+        np.testing.assert_allclose(grid.points, points + (moved if configuration == "current" else 0.0), atol=1e-15)
+
+
 def test_names_that_xml_does_not_like(tmp_path):
     part = rbs.Part("dot", rbs.Everywhere(), dimension=1).place([[0.0]], 1.0)
     part[displacement] = 0.0
@@ -142,11 +151,21 @@ def test_names_that_xml_does_not_like(tmp_path):
     assert (tmp_path / found.get("file")).exists()
 
 
-@pytest.mark.parametrize("field", [fracture_dissipation, rbs.intact, "damage"])
-def test_only_node_fields(field, tmp_path):
+@pytest.mark.parametrize(
+    ("field", "cure"),
+    [
+        (rbs.intact, "the nearest names are"),
+        ("damage", "from rbs_plugins.fields import damage"),
+        ("dispacement", "the nearest names are displacement"),
+        ("kinetic_energie", "the nearest names are kinetic_energy"),
+        (3, "only those can be exported as frames$"),
+    ],
+)
+def test_what_is_no_field_is_refused_with_the_nearest_names(field, cure, tmp_path):
     part = rbs.Part("dots", rbs.Box(size=2.0)).discretize(1.0).connect(1.0)
-    with pytest.raises(BadInput, match="is no node field"):
-        VTKExporter(part, [field], tmp_path / "dots")
+    for given in (field, [field], [displacement, field]):
+        with pytest.raises(BadInput, match=f"is no node field and no number of the part: .*{cure}"):
+            VTKExporter(part, given, tmp_path / "dots")
 
 
 def test_configuration_is_checked(tmp_path):
@@ -174,3 +193,55 @@ def test_what_is_not_finite_never_reaches_a_file(tmp_path):
     with pytest.raises(NotFinite, match="'displacement' of node 1"):
         analysis.run(steps=2, dt=1.0, progress=False)
     assert [path.name for path in tmp_path.glob("*.vtu")] == ["dots_000001.vtu"]
+
+
+def test_numbers_of_the_part_become_field_data(tmp_path):
+    ends = Field("ends", "part", "vector", "m", "e", "Made up for these tests.")
+    part = rbs.Part("dots", rbs.Box(size=(2.0, 1.0))).discretize(1.0)
+    part[damage], part[kinetic_energy], part[ends] = 0.25, 7.0, (1.0, 2.0)
+    exporter = VTKExporter(part, [kinetic_energy, damage, ends], tmp_path / "dots", configuration="reference")
+    rbs.Analysis([exporter]).run(steps=1, dt=0.5, progress=False)
+    grid = pyvista.read(tmp_path / "dots_000001.vtu")
+    mesh = meshio.read(tmp_path / "dots_000001.vtu")
+    for held in (grid.field_data, mesh.field_data):
+        assert np.ravel(held["kinetic_energy"]).tolist() == [7.0]
+        assert np.ravel(held["ends"]).tolist() == [1.0, 2.0]
+        assert np.ravel(held["TimeValue"]).tolist() == [0.5]
+    assert list(grid.point_data) == ["damage"]
+
+
+@pytest.mark.parametrize(
+    ("size", "options", "radius"),
+    [
+        ((2.0,), {"area": 0.5}, 0.5),  # a segment as long as the cell
+        ((2.0, 2.0), {"thickness": 0.1}, np.sqrt(1 / np.pi)),
+        ((2.0, 2.0, 2.0), {}, (3 / (4 * np.pi)) ** (1 / 3)),
+    ],
+)
+def test_spheres_disks_and_segments_of_the_radius_have_the_volume_of_the_body(tmp_path, size, options, radius):
+    part = rbs.Part("dots", rbs.Box(size=size)).discretize(1.0, **options)
+    exporter = VTKExporter(part, (), tmp_path / "dots", configuration="reference", radius=True)
+    assert rbs.volume in exporter.reads
+    rbs.Analysis([exporter]).run(steps=1, dt=0.5, progress=False)
+    grid = pyvista.read(tmp_path / "dots_000001.vtu")
+    np.testing.assert_allclose(grid["radius"], radius, rtol=1e-14)
+    if len(size) == 3:
+        spheres = grid.glyph(geom=pyvista.Sphere(radius=1.0), scale="radius", orient=False)
+        assert np.ptp(spheres.points[:, 0]) == pytest.approx(1.0 + 2 * radius, rel=1e-2)
+
+
+def test_a_field_with_the_name_of_the_radius_is_refused(tmp_path):
+    own = Field("radius", "node", "scalar", "m", "R", "Made up for these tests.")
+    part = rbs.Part("dots", rbs.Box(size=2.0)).discretize(1.0)
+    with pytest.raises(BadInput, match="has the name of the radius of nodes: rename it"):
+        VTKExporter(part, [own], tmp_path / "dots", radius=True)
+    assert VTKExporter(part, [own], tmp_path / "dots").node_fields == [own]
+
+
+def test_a_frame_takes_what_it_costs_to_write_its_bytes(tmp_path):
+    """Points and fields of three numbers, two short numbers and a byte for the cell of each node, and a header."""
+    part = rbs.Part("dots", rbs.Box(size=(100.0, 10.0))).discretize(1.0)
+    part[displacement] = part[velocity] = 0.0
+    rbs.Analysis([VTKExporter(part, [displacement, velocity], tmp_path / "dots")]).run(steps=1, dt=1.0, progress=False)
+    size = (tmp_path / "dots_000001.vtu").stat().st_size
+    assert 0 < size - len(part) * (3 * 3 * 8 + 4 + 4 + 1) < 2000

@@ -1,45 +1,17 @@
-"""One file with all frames: what h5py and VTK read back, and how it is continued."""
+"""One file with all frames: what h5py and VTK read back."""
 
 from __future__ import annotations
 
-import h5py
 import numpy as np
 import pytest
+import pyvista
 
 import rbs_core as rbs
 from rbs_core import BadInput
-from rbs_plugins import VTKHDFExporter
-from rbs_plugins.exporters import series
-from rbs_plugins.fields import damage, displacement, fracture_dissipation
-
-stress = rbs.Field("stress", "node", "tensor", "Pa", "s", "A test.")
-
-
-class Move(rbs.Integrator):
-    """Displaces node i by (i + 1) t along x, and counts."""
-
-    updates = (displacement, damage)
-
-    def apply(self, clock):
-        self[displacement][:, 0] = np.arange(1, len(self.part) + 1) * clock.time
-        self[damage][...] = clock.step
-
-
-def scene(path, dimension=2, precision="double", steps=3, when=rbs.always, **options):
-    part = rbs.Part("body", rbs.Box(size=[4.0] * dimension), precision=precision).discretize(1.0)
-    part[stress] = np.arange(dimension**2).reshape(dimension, dimension)
-    exporter = VTKHDFExporter(part, [displacement, damage, stress], path / "frames", when=when, **options)
-    checkpoint = rbs.Checkpoint(path / "state.npz", when=rbs.every(2))
-    return part, rbs.Analysis([Move(part), exporter, checkpoint], dt=0.5, steps=steps)
-
-
-def contents(path):
-    """Every array of a file, by name."""
-    found = {}
-    with h5py.File(path / "frames.vtkhdf") as file:
-        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
-        found["steps"] = int(file["VTKHDF/Steps"].attrs["NSteps"])
-    return found
+from rbs_plugins import Translation, VTKHDFExporter
+from rbs_plugins.exporters import growing
+from rbs_plugins.fields import displacement, kinetic_energy
+from tests.unit.plugins.exporters.moving import Carry, Move, carried, contents, reading, scene, stress
 
 
 @pytest.mark.parametrize("dimension", [1, 2, 3])
@@ -199,6 +171,41 @@ def test_a_turned_part_is_drawn_in_world_coordinates(tmp_path):
     np.testing.assert_allclose(found["reference"]["VTKHDF/PointData/stress"][0].reshape(3, 3), tensor, atol=1e-6)
 
 
+def test_a_part_whose_system_moves_is_where_it_is_at_the_frame(tmp_path):
+    part, places = carried()
+    exporter = VTKHDFExporter(part, [displacement], tmp_path / "frames", configuration="current")
+    rbs.Analysis([Carry(part), exporter]).run(steps=3, dt=1.0, progress=False)
+    found = contents(tmp_path)
+    for step in (1, 2, 3):
+        rows = slice(2 * step - 2, 2 * step)
+        points, moved = places(step)
+        np.testing.assert_allclose(found["VTKHDF/PointData/displacement"][rows], [moved, moved], atol=1e-15)
+        np.testing.assert_allclose(found["VTKHDF/Points"][rows], points + moved, atol=1e-15)
+
+
+def test_points_of_a_part_in_motion_are_not_stored_once(tmp_path):
+    part, _ = carried()
+    for system in (None, part.system):
+        move = Translation(part, velocity=(1.0, 0.0), system=system)
+        analysis = rbs.Analysis([move, VTKHDFExporter(part, (), tmp_path / "frames")])
+        with pytest.raises(BadInput, match=r"the coordinate system of the part moves.*: take configuration='current'"):
+            analysis.prepare()
+    other = rbs.Part("other", rbs.Box(size=(2.0, 1.0))).discretize(1.0)
+    rbs.Analysis([move, VTKHDFExporter(other, (), tmp_path / "other")]).prepare()
+
+
+def test_whoever_moves_them_is_found_out(tmp_path):
+    part, _ = carried()
+    exporter = VTKHDFExporter(part, [displacement], tmp_path / "frames", when=rbs.every(4))
+    analysis = rbs.Analysis([Carry(part), exporter])
+    with pytest.raises(BadInput, match=r"the coordinate system of the part moves.*: take configuration='current'"):
+        analysis.run(steps=8, dt=1.0, progress=False)
+    assert contents(tmp_path)["steps"] == 1
+    part.system.mapping = type(part.system.mapping)()  # back, and so the next run has a place for its points
+    rbs.Analysis([exporter]).run(steps=8, dt=1.0, progress=False)
+    assert contents(tmp_path)["steps"] == 2
+
+
 def test_the_name_of_the_file(tmp_path):
     part = rbs.Part("body", rbs.Box(size=[4.0, 4.0])).discretize(1.0)
     for given, made in (("a", "a.vtkhdf"), ("a.vtkhdf", "a.vtkhdf"), ("v1.2", "v1.2.vtkhdf")):
@@ -206,10 +213,12 @@ def test_the_name_of_the_file(tmp_path):
     assert VTKHDFExporter(part, (), tmp_path / "a").label == "VTKHDFExporter 'body' a.vtkhdf"
 
 
-@pytest.mark.parametrize("field", [fracture_dissipation, rbs.intact, "damage"])
-def test_only_node_fields(field, tmp_path):
+@pytest.mark.parametrize(
+    ("field", "cure"), [(rbs.intact, "the nearest names are"), ("damage", "import damage"), (3, "exported")]
+)
+def test_only_fields_of_nodes_and_of_the_part(field, cure, tmp_path):
     part = rbs.Part("body", rbs.Box(size=[4.0, 4.0])).discretize(1.0).connect(1.0)
-    with pytest.raises(BadInput, match="is no node field"):
+    with pytest.raises(BadInput, match=f"is no node field and no number of the part: .*{cure}"):
         VTKHDFExporter(part, [field], tmp_path / "frames")
 
 
@@ -220,131 +229,62 @@ def test_a_folder_that_cannot_be_written_is_an_error_before_the_run(tmp_path):
         rbs.Analysis([VTKHDFExporter(part, (), tmp_path / "file" / "frames")]).prepare()
 
 
-# -- interrupted, and looked at -------------------------------------------------------------------------------------
+# -- radius, and numbers of the part --------------------------------------------------------------------------------
+
+ends = rbs.Field("ends", "part", "vector", "m", "e", "A test.")
 
 
-def reading(path):
-    """A reader of VTK, and what it has read."""
-    from vtkmodules.vtkIOHDF import vtkHDFReader
+class Grow(rbs.Measure):
+    """Numbers of the part that follow the step."""
 
-    reader = vtkHDFReader()
-    reader.SetFileName(str(path))
-    reader.Update()
-    return reader
+    writes = (kinetic_energy, ends)
 
-
-def test_a_viewer_that_has_the_file_open_does_not_stop_the_run(tmp_path):
-    fcntl = pytest.importorskip("fcntl")
-    _, analysis = scene(tmp_path, steps=4)
-    analysis.run(steps=2, progress=False)
-    with (tmp_path / "frames.vtkhdf").open("rb") as file:
-        fcntl.flock(file, fcntl.LOCK_SH)  # as HDF5 does it for a reader
-        analysis.run(progress=False)
-    assert reading(tmp_path / "frames.vtkhdf").GetNumberOfSteps() == 4
+    def apply(self, clock):
+        self[kinetic_energy][...] = clock.step
+        self[ends][...] = (clock.step, -clock.step)
 
 
-def killed(tmp_path, monkeypatch, moment, **options):
-    """What a process that is killed at some moment of its third frame leaves on the disk: the file at that moment."""
-    path, left, header = tmp_path / "frames.vtkhdf", tmp_path / "left", []
-    _, analysis = scene(tmp_path, steps=2, **options)
+def rich(path, *, steps, nodes=4, **options):
+    """A scene whose file has arrays of all kinds."""
+    part = rbs.Part("body", rbs.Box(size=[float(nodes), 1.0])).discretize(1.0, thickness=0.1)
+    fields = [kinetic_energy, displacement, ends]
+    exporter = VTKHDFExporter(part, fields, path / "frames", radius=True, **options)
+    scene = [Move(part), Grow(part), exporter, rbs.Checkpoint(path / "state.npz", when=rbs.every(2))]
+    return part, rbs.Analysis(scene, dt=0.5, steps=steps)
+
+
+@pytest.mark.parametrize("nodes", [1, 4])
+@pytest.mark.parametrize("options", [{}, {"compression": "gzip"}, {"configuration": "current"}])
+def test_vtk_reads_the_radius_and_the_numbers_of_the_part(tmp_path, options, nodes):
+    part, analysis = rich(tmp_path, steps=3, nodes=nodes, **options)
     analysis.run(progress=False)
-    original = series._resized
-
-    def look(file, name, rows):
-        header[:] = header or [path.read_bytes()[:48]]
-        if moment == "values" and name == "Steps/NumberOfParts":  # they are there, and no index knows them
-            left.write_bytes(path.read_bytes())
-        elif moment != "values" and name == "Steps/Values":  # all is there, and does not count yet
-            whole = path.read_bytes()
-            left.write_bytes(header[0] + whole[48:] if moment == "index" else whole)  # HDF5 writes its header last
-        return original(file, name, rows)
-
-    monkeypatch.setattr(series, "_resized", look)
-    analysis.run(steps=3, progress=False)
-    monkeypatch.undo()
-    left.replace(path)
-    return path
-
-
-@pytest.mark.parametrize("compression", [None, "gzip"])
-@pytest.mark.parametrize("configuration", ["reference", "current"])
-@pytest.mark.parametrize("moment", ["values", "index", "header"])
-def test_a_killed_process_leaves_its_frames_and_can_be_resumed(
-    tmp_path, monkeypatch, moment, configuration, compression
-):
-    options = {"configuration": configuration, "compression": compression}
-    path = killed(tmp_path, monkeypatch, moment, **options)
-    assert moment == "values" or series.was_closed(path) == (moment == "header")
-    reader = reading(path)
-    assert reader.GetNumberOfSteps() == 2
-    for step in (0, 1):
+    reader = reading(tmp_path / "frames.vtkhdf")
+    for step in range(3):
         reader.SetStep(step)
         reader.Update()
-        assert reader.GetOutput().GetPointData().GetArray("damage").GetValue(0) == step + 1
-    scene(tmp_path, steps=5, **options)[1].run(progress=False, resume=tmp_path / "state.npz")
-    assert series.was_closed(path)
-    (tmp_path / "whole").mkdir()
-    scene(tmp_path / "whole", steps=5, **options)[1].run(progress=False)
-    one, two = contents(tmp_path / "whole"), contents(tmp_path)
+        data = pyvista.wrap(reader.GetOutput())
+        assert data.field_data["kinetic_energy"].tolist() == [step + 1]
+        assert data.field_data["ends"].tolist() == [[step + 1, -step - 1]]
+        np.testing.assert_allclose(data["radius"], np.sqrt(1 / np.pi))
+    assert contents(tmp_path)["VTKHDF/PointData/radius"].shape == (len(part),)  # once
+
+
+@pytest.mark.parametrize("was_closed", [True, False])
+def test_they_are_continued_as_well(tmp_path, was_closed, monkeypatch):
+    for folder in ("whole", "parts"):
+        (tmp_path / folder).mkdir()
+    rich(tmp_path / "whole", steps=5)[1].run(progress=False)
+    rich(tmp_path / "parts", steps=3)[1].run(progress=False)
+    monkeypatch.setattr(growing, "was_closed", lambda _: was_closed)
+    rich(tmp_path / "parts", steps=5)[1].run(progress=False, resume=tmp_path / "parts" / "state.npz")
+    one, two = contents(tmp_path / "whole"), contents(tmp_path / "parts")
     assert one.keys() == two.keys()
     assert all(np.array_equal(one[name], two[name]) for name in one)
 
 
-def test_frames_behind_the_checkpoint_go_before_the_first_step(tmp_path):
-    scene(tmp_path, steps=3)[1].run(progress=False)
-    assert contents(tmp_path)["steps"] == 3
-    part, analysis = scene(tmp_path, steps=2)
-    analysis.run(progress=False, resume=tmp_path / "state.npz")  # there is no step to do
-    found = contents(tmp_path)
-    assert found["steps"] == len(found["VTKHDF/Steps/Values"]) == 2
-    assert len(found["VTKHDF/PointData/damage"]) == 2 * len(part)
-
-
-def test_an_old_file_stays_until_the_first_frame_of_a_new_run(tmp_path, monkeypatch):
-    scene(tmp_path, steps=3)[1].run(progress=False)
-    scene(tmp_path, steps=1, when=rbs.every(2))[1].run(progress=False)
-    monkeypatch.setattr(series, "append", lambda *_: 1 / 0)
-    with pytest.raises(ZeroDivisionError):
-        scene(tmp_path, steps=1)[1].run(progress=False)
-    monkeypatch.undo()
-    assert contents(tmp_path)["steps"] == 3
-    assert {path.name for path in tmp_path.iterdir()} == {"frames.vtkhdf", "state.npz"}
-
-
-@pytest.mark.parametrize(
-    ("spoil", "message"),
-    [
-        (lambda path: path.write_text("no HDF5"), "cannot be continued"),
-        (lambda path: h5py.File(path, "w").close(), "is no series of frames"),
-        (lambda path: other(path, dimension=1), "has 4 nodes instead of 16"),
-        (lambda path: other(path, precision="single"), r"holds .*float32.* instead of .*float64"),
-        (lambda path: other(path, steps=1), "holds 1:"),
-        (lambda path: other(path, when=rbs.every(2), steps=4), "holds the time 1.0 s instead of 0.5 s"),
-    ],
-)
-def test_a_foreign_file_is_refused_before_the_first_step(tmp_path, spoil, message):
-    scene(tmp_path, steps=2)[1].run(progress=False)
-    spoil(tmp_path / "frames.vtkhdf")
-    before = (tmp_path / "frames.vtkhdf").read_bytes()
-    _, analysis = scene(tmp_path, steps=5)
-    with pytest.raises(BadInput, match=message):
+def test_a_file_without_the_radius_is_not_continued(tmp_path):
+    rich(tmp_path, steps=2)[1].run(progress=False)
+    _, analysis = rich(tmp_path, steps=4)
+    analysis.relations[2].radius = False
+    with pytest.raises(BadInput, match=r"holds \['Points', 'PointData/radius'\] once for all frames instead of"):
         analysis.run(progress=False, resume=tmp_path / "state.npz")
-    assert analysis.report.steps == 0
-    assert (tmp_path / "frames.vtkhdf").read_bytes() == before
-
-
-def other(path, **options):
-    """Puts the file of another scene in the place of a file."""
-    folder = path.with_name("other")
-    folder.mkdir()
-    scene(folder, **options)[1].run(progress=False)
-    (folder / "frames.vtkhdf").replace(path)
-
-
-def test_a_file_that_goes_away_is_an_error_that_names_it(tmp_path):
-    _, analysis = scene(tmp_path)
-    analysis.run(steps=1, progress=False)
-    exporter = analysis.relations[1]
-    (tmp_path / "frames.vtkhdf").unlink()
-    with pytest.raises(OSError, match=r"VTKHDFExporter 'body' frames.vtkhdf cannot write .*frames.vtkhdf"):
-        exporter.apply(analysis.clock)

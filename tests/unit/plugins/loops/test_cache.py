@@ -144,7 +144,7 @@ part.place([[0.0], [1.0]], [2.0, 3.0], spacing=1.0).connect(1.5)
 part[displacement] = np.array([[0.0], [0.5]])
 force = PairwiseForce(part, law, c=4.0)
 rbs.Analysis([force]).run(steps=1, dt=1.0, force_dt=True, progress=False)
-module = force._loops._force._keep
+module = force._loops._sum._keep
 stats = getattr(module, "entry", None)
 print(json.dumps({
     "force": part[force_density].ravel().tolist(),

@@ -175,7 +175,7 @@ def test_cells_without_nodes_have_no_say_in_energies_and_failures(release, hole)
         for step, share in enumerate((0.5, 1.0, 1.4), 1):
             part[displacement] = share * start
             if poison and step > 1:
-                held = [loop._held[0] for loop in (force._loops._force, force._loops._energy[1])]
+                held = [loop._held[0] for loop in (force._loops._sum, force._loops._energy[1])]
                 targets = [each[name] for each in held for name in ("u", "volume")]
                 assert (poisoned(part, *targets, force._loops._inputs["before"]) > 0) == hole
             analysis.run(steps=step, dt=0.1, force_dt=True, progress=False)

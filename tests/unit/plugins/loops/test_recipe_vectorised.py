@@ -59,7 +59,7 @@ def assembly_of(force: PairwiseForce) -> str:
     with rbs.Analysis([force]) as analysis:
         force.part[displacement] = 0.0
         analysis.prepare()
-    return force._loops._force._keep.entry._library.get_asm_str()
+    return force._loops._sum._keep.entry._library.get_asm_str()
 
 
 @pytest.fixture(autouse=True)
