@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rbs_core.errors import BadInput
 from rbs_core.fields import Field, FieldStore, intact
+from rbs_core.part.reach import half_steps
 from rbs_core.part.storage import TOLERANCE, Crosses, Storage
 
 Bits = NDArray[Any]
@@ -58,7 +59,7 @@ class Lattice(Storage):
         real: str = "float64",
     ) -> None:
         self._positions, self.spacing, self.shape = positions, spacing, shape
-        self.vectors, self.steps = _half_steps(shape, horizon / spacing * (1 + TOLERANCE))
+        self.vectors, self.steps = half_steps(shape, horizon / spacing * (1 + TOLERANCE))
         longest = int(self.steps[-1]) if len(self.steps) else 0
         self.margin = -(-(longest + AT_ONCE) // AT_ONCE) * AT_ONCE
         count = int(np.prod(shape))
@@ -246,6 +247,10 @@ class LatticeFields(FieldStore):
     def shape(self, field: Field) -> tuple[int, ...]:
         return (len(self._lattice), *field.entry(self.dimension))
 
+    def size(self, field: Field) -> int:
+        type_ = self.dtype(field)
+        return self._lattice.present.nbytes if type_ == np.uint8 else len(self._lattice.steps) * type_.itemsize
+
     def raw(self, field: Field) -> NDArray[Any]:
         """(words, size) bits of a field of the type uint8, (h,) one value per step of any other.
 
@@ -334,17 +339,3 @@ class LatticeFields(FieldStore):
             f"{self.owner} stores its bonds as lattice, which holds scalars that are 0 or 1, the same from both ends, "
             f"or alike for all bonds of a step; '{field.name}' is not: part.connect(horizon, storage='list') holds it"
         )
-
-
-def _half_steps(shape: tuple[int, ...], ratio: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Vectors (h, d) within the horizon, and their distances in cell numbers, positive and ascending."""
-    # no further than the grid is long, so that a huge horizon (metres for millimetres) costs no memory
-    axes = [np.arange(-int(min(ratio, n - 1)), int(min(ratio, n - 1)) + 1) for n in shape]
-    vectors = np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
-    vectors = vectors[(vectors**2).sum(axis=1) <= ratio**2]
-    # of two opposite vectors the one whose last component that is not zero is positive
-    place = np.array([1, *np.cumprod(2 * np.array(shape[:-1], np.int64) + 1)], np.int64)
-    vectors = vectors[vectors @ place > 0]
-    steps = vectors @ np.array([1, *np.cumprod(shape[:-1])], np.int64)
-    order = np.argsort(steps, kind="stable")
-    return vectors[order], steps[order]

@@ -16,6 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from rbs_core.errors import BadInput
 from rbs_core.fields import Field, FieldStore, intact
 from rbs_core.geometry import Geometry, Surface
+from rbs_core.memory import require_memory
+from rbs_core.part.estimate import CONVERTED
 from rbs_core.part.lattice import Lattice, LatticeFields
 from rbs_core.part.rows import Rows
 from rbs_core.part.storage import Crosses, Storage
@@ -179,7 +181,7 @@ class Bonds:
         """Becomes a list, for somebody who can work with nothing else; what is held is kept.
 
         Raises:
-            BadInput: if the user has chosen the lattice.
+            BadInput: if the user has chosen the lattice, or the list does not fit into memory.
         """
         if not isinstance(self.stored, Lattice):
             return
@@ -189,6 +191,11 @@ class Bonds:
                 "part.connect(horizon, storage='list'), or leave storage out"
             )
         lattice = self.stored
+        require_memory(
+            float(CONVERTED * len(lattice)),
+            f"part '{self._owner}': its bonds as list, for {who}",
+            "use relations that can work with a lattice, take a smaller horizon or a larger spacing",
+        )
         rows = (*lattice.as_rows(), lattice.inverse_lengths())
         self.stored = Rows(self._owner, self.positions, rows, lattice.fields.real)
         for field in lattice.fields:

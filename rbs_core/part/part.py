@@ -197,7 +197,8 @@ class Part(Discretized):
 
         Raises:
             BadInput: if the horizon is not positive, or below the spacing so that nobody has a neighbor; on an unknown
-                storage, or a lattice for nodes that are not on a grid; if `where` does not return one truth value per
+                storage, or a lattice for nodes that are not on a grid; before bonds are made, if they do not fit into
+                memory; if `where` does not return one truth value per
                 bond, or not the same for the way back.
 
         Warns:

@@ -99,10 +99,9 @@ class BondBased(PairwiseForce):
         require_bonds(name, part)
         self.case = plane_of(name, part, plane)
         self.E, self.horizon = _young(name, self.case, E, K, nu, c), part.bonds.horizon
-        across = part.thickness or part.area or 1.0
         if c is None:
             assert self.E is not None
-            c = micromodulus(self.E, self.horizon, self.case, across)
+            c = micromodulus(self.E, self.horizon, self.case, across_of(name, part))
         self.c = c
         law_is_linear = type(self).law is linear
         potential = None if type(self).potential is linear_potential and not law_is_linear else type(self).potential
@@ -136,6 +135,23 @@ def plane_of(name: str, part: Host, plane: str | None) -> str:
     if plane is not None and (part.dimension != 2 or plane not in ("stress", "strain")):
         raise BadInput(f"{name}: plane={plane!r} must be 'stress' or 'strain', and only for 2-D parts")
     return {1: "1-D", 2: plane or "stress", 3: "3-D"}[part.dimension]
+
+
+def across_of(name: str, host: Host) -> float:
+    """Thickness of a 2-D part, area of a 1-D one, 1 in 3-D.
+
+    Raises:
+        BadInput: on a connection of two parts that differ in it.
+    """
+    ends = host.ends if isinstance(host, Connection) else (host,)
+    sizes = {end.thickness or end.area or 1.0 for end in ends}
+    if len(sizes) > 1:
+        what = "thickness" if host.dimension == 2 else "area"
+        raise BadInput(
+            f"{name} '{host.name}': the parts differ in {what} ({', '.join(f'{s:g}' for s in sorted(sizes))}), so a "
+            "modulus gives no micromodulus: give c= itself, or a PairwiseForce"
+        )
+    return float(sizes.pop())
 
 
 def _young(name: str, case: str, E: float | None, K: float | None, nu: float | None, c: float | None) -> float | None:

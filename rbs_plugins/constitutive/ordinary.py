@@ -155,6 +155,7 @@ class OrdinaryStateBased(PairwiseForce):
         return loops
 
     def energy(self, out: NDArray[np.float64], part: Part | None = None) -> None:
+        self._loops_of_energy()
         if self._present is not None:
             self._present.refresh(*self._now)
         super().energy(out, part)

@@ -170,6 +170,7 @@ class PairwiseForce(BondRelation):
 
     def attach(self) -> None:
         self._check_record()
+        self._energies: BondLoops | None = None  # made for the bonds that there are, when somebody asks
         recipe = self.recipe()
         last = getattr(self, "_loops", None)
         felt = {"out": force_density, **({"dissipation": dissipation_density} if recipe.dissipation else {})}
@@ -290,8 +291,12 @@ class PairwiseForce(BondRelation):
         """
         if not hasattr(self, "_loops"):
             raise BadInput(f"{self.label} is asked for its energy and is not in the list of relations: list it")
-        self._energies = self.energy_loops()
-        self._energies.prepare_energy(out)
+        self._loops_of_energy().prepare_energy(out)
+
+    def _loops_of_energy(self) -> BondLoops:
+        if self._energies is None:
+            self._energies = self.energy_loops()
+        return self._energies
 
     def energy_loops(self) -> BondLoops:
         """The loops that energies are asked from."""
@@ -300,10 +305,11 @@ class PairwiseForce(BondRelation):
     def energy(self, out: NDArray[np.float64], part: Part | None = None) -> None:
         """Adds the strain energy density (J/m^3) of the present displacement to `out` (n,), of the nodes of a part."""
         time, dt = self._now
-        if isinstance(self._energies, JointLoops):
-            self._energies.energy(out, time, dt, self.ends.index(part or self.part))
+        loops = self._loops_of_energy()
+        if isinstance(loops, JointLoops):
+            loops.energy(out, time, dt, self.ends.index(part or self.part))
         else:
-            self._energies.energy(out, time, dt)
+            loops.energy(out, time, dt)
 
     def squared_frequencies(self) -> dict[Part, NDArray[np.float64]]:
         """Bound of the squared angular frequency at each node, 1/s^2: 2/ρ Σ |df/ds| β V / |ξ| at rest (Gershgorin).

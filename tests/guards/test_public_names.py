@@ -73,6 +73,7 @@ KERNEL = [
     "always",
     "at",
     "between",
+    "configure_logging",
     "convert",
     "convert_vectors",
     "every",
