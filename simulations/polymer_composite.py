@@ -4,12 +4,12 @@ A cube of polyethylene, 10 µm wide on 100 nodes (`n=100`), with 500 particles o
 stick out of it. Each particle is a part of its own, bonded to the matrix by a connection. Three layers of nodes above
 and below the cube are its grips; they move apart. There are three kinds of bonds: those of the matrix, those of the
 particles, which are `alpha` times as stiff and as dense, and those of the interface, which break in tension and hold
-in compression. What is measured is a macroscopic curve of stress against strain, from the forces on the grips and their
+in compression. The material is ordinary state-based with a Poisson's ratio of 0.42 (or, with `model=bond-based`, one of
+1/4). What is measured is a macroscopic curve of stress against strain, from the forces on the grips and their
 distance, by relations of this script.
 
 The dissertation leaves much open, and some of it cannot be. Taken here:
 
-* Bond-based instead of ordinary state-based material, so Poisson's ratio is 1/4 instead of 0.42.
 * E = 1.035 N/mm^2 as printed, and 955 kg/m^3 (real polyethylene has about a thousand times the stiffness; all stresses
   are proportional to it).
 * Each grip moves at 5 mm/s instead of 25 nm/s, with which a run would take some 10^9 steps; the kinetic energy over the
@@ -17,7 +17,6 @@ The dissertation leaves much open, and some of it cannot be. Taken here:
   particles move along.
 * The grips are as dense as the particles, so that their bonds to these do not need a shorter time step.
 * Critical stretches, of which none is given: 1 % in the matrix, 2 % at the interface, none in the particles.
-* Interface bonds as stiff as a bond of the matrix and one of a particle in series, 2α/(1 + α).
 * Particles do not overlap; there are no bonds between two of them, as in the dissertation.
 * Stress is the mean of the two reactions over the area, half of what equation 4.1 adds up.
 
@@ -41,6 +40,7 @@ from rbs_plugins import (
     CriticalStretch,
     CSVExporter,
     Damage,
+    OrdinaryStateBased,
     PairwiseForce,
     PictureExporter,
     VelocityVerlet,
@@ -59,7 +59,7 @@ from rbs_plugins.fields import (
 )
 
 SPACING, RADIUS = 1e-7, 4e-7  # m
-E, RHO = 1.035e6, 955.0  # Pa, kg/m^3
+E, NU, RHO = 1.035e6, 0.42, 955.0  # Pa, 1, kg/m^3
 PUBLISHED = 100  # nodes along the cube
 LAYERS = 3  # of nodes in a grip
 
@@ -180,14 +180,14 @@ def grid_around(center: np.ndarray, edge: float) -> rbs.grids.Grid:
 
 
 def scene(
-    n: int = 40,
+    n: int = 30,
     particles: int = 500,
-    alpha: float = 100.0,
+    alpha: float = 2.0,
     matrix_stretch: float = 0.01,
     interface_stretch: float = 0.02,
     particle_stretch: float = 0.05,
-    interface: str = "series",
-    strain_at_end: float = 0.02,
+    model: str = "state-based",
+    strain_at_end: float = 0.012,
     speed: float = 5e-3,
     seed: int = 1,
     out: str | Path = "out/polymer_composite",
@@ -217,20 +217,31 @@ def scene(
 
     matrix[density] = lambda X: np.where(cube.contains(X), RHO, alpha * RHO)
 
-    # three kinds of bonds
-    polymer = BondBased(matrix, E=E, fracture=CriticalStretch(matrix_stretch))
-    stiff = CriticalStretch(particle_stretch)
-    inside = [BondBased(ball, E=alpha * E, fracture=stiff) for ball in balls]
-    between = {"series": 2 * alpha / (1 + alpha), "mean": (1 + alpha) / 2, "matrix": 1.0}[interface]
-    joints, at_grips = [], []
-    for ball in balls:
-        joints.append(rbs.Connection(matrix, ball, horizon, where=lambda starts, ends: cube.contains(starts)))
-        if edge / 2 + SPACING / 2 - np.abs(ball.positions[:, 2]).max() <= horizon:
-            where = lambda starts, ends: ~cube.contains(starts)  # noqa: E731
-            at_grips.append(rbs.Connection(matrix, ball, horizon, where=where, name=f"grip to {ball.name}"))
+    # three kinds of bonds; those of an interface get the shares of the materials of both ends
+    material, given = (OrdinaryStateBased, {"nu": NU}) if model == "state-based" else (BondBased, {})
+    tough = CriticalStretch(particle_stretch)
+    polymer = material(matrix, E=E, fracture=CriticalStretch(matrix_stretch), **given)
+    inside = [material(ball, E=alpha * E, fracture=tough, **given) for ball in balls]
+
+    def bonds_between(
+        solid: PairwiseForce, there: rbs.Geometry, criterion: CriticalStretch, name: str
+    ) -> PairwiseForce:
+        """The bonds of a particle with nodes of the matrix part in a region."""
+        joint = rbs.Connection(
+            matrix, solid.part, horizon, where=lambda starts, ends: there.contains(starts), name=name
+        )
+        if material is OrdinaryStateBased:
+            return OrdinaryStateBased(joint, between=(polymer, solid), fracture=criterion)
+        return PairwiseForce(joint, linear, criterion, c=(polymer.c + solid.c) / 2)
+
     debonding = CriticalStretch(interface_stretch)
-    glue = [PairwiseForce(joint, linear, debonding, c=between * polymer.c) for joint in joints]
-    held = [PairwiseForce(joint, linear, stiff, c=alpha * polymer.c) for joint in at_grips]
+    glue = [bonds_between(solid, cube, debonding, f"interface of {solid.part.name}") for solid in inside]
+    near_grip = edge / 2 + SPACING / 2 - horizon
+    held = [
+        bonds_between(solid, ~cube, tough, f"grip to {solid.part.name}")
+        for solid in inside
+        if np.abs(solid.part.positions[:, 2]).max() >= near_grip
+    ]
 
     grips = [rbs.HalfSpace((0, 0, side * edge / 2), normal=(0, 0, side)) for side in (-1, +1)]
     moved = [
@@ -242,7 +253,6 @@ def scene(
     shots = rbs.at(np.linspace(0.0, duration, frames + 1)[1:])
     drawn = rbs.at(np.linspace(0.0, duration, pictures + 1)[1:])
     section = rbs.Part("section", rbs.Box(size=(edge, edge + 2 * LAYERS * SPACING))).discretize(SPACING)
-    section[displacement] = 0.0
     return rbs.Analysis(
         [
             *(verlet.kick for verlet in verlets),
@@ -257,11 +267,11 @@ def scene(
             StressStrain(matrix, *(matrix.where(grip) for grip in grips), area=edge**2),
             CSVExporter(matrix, [strain, stress], out / "stress_strain.csv"),
             Damage(matrix, when=shots | drawn),
-            Cracks(matrix, balls, joints, section, when=shots | drawn),
+            Cracks(matrix, balls, [each.host for each in glue], section, when=shots | drawn),
             KineticEnergyOfAll(bodies, when=shots),
             CSVExporter(matrix, [strain, stress, broken, moving, external_work], out / "history.csv", when=shots),
             VTKHDFExporter(matrix, [displacement, crack], out / "matrix", when=drawn),
-            PictureExporter(section, crack, out / "section", limits=(-0.1, 0.6), when=drawn),
+            PictureExporter(section, crack, out / "section", limits=(-0.1, 0.6), configuration="reference", when=drawn),
             rbs.Checkpoint(out / "checkpoint.npz", when=rbs.realtime(120)),
         ],
         until=duration,
@@ -277,6 +287,8 @@ def measure(analysis: rbs.Analysis) -> dict[str, object]:
         {name: np.array(column) for name, column in read_table(out / f"{name}.csv").items()}
         for name in ("stress_strain", "history")
     )
+    hosts = {r.host for r in analysis.relations if isinstance(r, PairwiseForce)}
+    nu = NU if any(isinstance(r, OrdinaryStateBased) for r in analysis.relations) else 1 / 4
     inside = sum(len(ball) for ball in balls)
     in_cube = round(edge_of(matrix) / SPACING) ** 3
     bonds = {name: history[f"broken_{k}"] for k, name in enumerate(("matrix", "interface", "particle"))}
@@ -291,13 +303,11 @@ def measure(analysis: rbs.Analysis) -> dict[str, object]:
     modulus = np.polyfit(curve["strain"][start], curve["stress"][start], 1)[0]
     result = {
         "nodes": len(matrix) + inside,
-        "directed_bonds": len(matrix.bonds)
-        + sum(len(ball.bonds) for ball in balls)
-        + sum(len(r.host.bonds) for r in analysis.relations if isinstance(getattr(r, "host", None), rbs.Connection)),
+        "directed_bonds": sum(len(host.bonds) for host in hosts),
         "particles": len(balls),
         "volume_fraction": inside / in_cube,
         "modulus_over_E": modulus / E,
-        **bounds(inside / in_cube, alpha),
+        **bounds(inside / in_cube, alpha, nu),
         "first_break_before_strain": float(first) if total.any() else float("inf"),
         "peak_stress_over_E": float(curve["stress"][peak] / E),
         "peak_at_strain": float(curve["strain"][peak]),
@@ -317,13 +327,14 @@ def edge_of(matrix: rbs.Part) -> float:
     return float(np.ptp(matrix.positions[:, 0]) + SPACING)
 
 
-def bounds(fraction: float, alpha: float) -> dict[str, float]:
-    """Bounds of the modulus of a mixture over that of its matrix, for Poisson's ratio 1/4 (Hashin & Shtrikman 1963)."""
+def bounds(fraction: float, alpha: float, nu: float) -> dict[str, float]:
+    """Bounds of Young's modulus of a mixture over that of its matrix (Hashin & Shtrikman 1963)."""
     voigt, reuss = 1 - fraction + alpha * fraction, 1 / (1 - fraction + fraction / alpha)
 
     def mixture(one: float, other: float, share: float) -> float:
         """E of a mixture with a share of the other, the one being the softest or the stiffest (in E of the matrix)."""
-        K1, G1, K2, G2 = (factor * each for each in (one, other) for factor in (2 / 3, 2 / 5))
+        bulk, shear = 1 / (3 * (1 - 2 * nu)), 1 / (2 * (1 + nu))
+        K1, G1, K2, G2 = bulk * one, shear * one, bulk * other, shear * other
         if K1 == K2:
             return one
         K = K1 + share / (1 / (K2 - K1) + 3 * (1 - share) / (3 * K1 + 4 * G1))

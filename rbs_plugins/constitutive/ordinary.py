@@ -85,7 +85,7 @@ class OrdinaryStateBased(PairwiseForce):
             part, influence, weighted_volume=weighted_volume, partial_volume=partial_volume,
             within=[each.dilatation for each in self._between], when=when,
         )  # fmt: skip
-        self._fixed = {**self._moduli(part.dimension), **self.dilatation.given}
+        self._fixed = {**self._moduli(part), **self.dilatation.given}
         super().__init__(
             part, linear_solid, fracture, potential=held, partial_volume=partial_volume, active=active, when=when,
             **self._fixed, **parameters,
@@ -98,10 +98,10 @@ class OrdinaryStateBased(PairwiseForce):
         """Whose constants the nodes have: itself, or the solids of the parts that a connection joins."""
         return self._between or (self,)
 
-    def _moduli(self, dimension: int) -> dict[str, float]:
+    def _moduli(self, host: Part | Connection) -> dict[str, float]:
         """The moduli as numbers if they are the same everywhere; otherwise they become fields of the parts."""
         fields = {
-            dilatational_modulus: [s.gamma / dimension for s in self.solids],
+            dilatational_modulus: [s.gamma / host.dimension for s in self.solids],
             deviatoric_modulus: [s.pull for s in self.solids],
         }
         distinct = {field: np.unique(np.concatenate([np.ravel(v) for v in values])) for field, values in fields.items()}
@@ -110,8 +110,8 @@ class OrdinaryStateBased(PairwiseForce):
             given = {f"{field.name}_{end}": float(each[0]) for field, each in distinct.items() for end in "ij"}
         else:
             for field, values in fields.items():
-                for solid, value in zip(self.solids, values, strict=True):
-                    solid.part[field] = value
+                for part, value in zip([solid.part for solid in self._between] or [host], values, strict=True):
+                    part[field] = value
         if not distinct[dilatational_modulus].any():
             given |= {"dilatation_i": 0.0, "dilatation_j": 0.0}
         return given

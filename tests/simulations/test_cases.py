@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 import rbs_core as rbs
 from rbs_core.command import main
-from rbs_plugins import CriticalStretch, PairwiseForce
+from rbs_plugins import CriticalStretch, OrdinaryStateBased
 from rbs_plugins.fields import displacement, force_density
 
 CASES = Path(__file__).parents[2] / "simulations"
@@ -92,52 +92,48 @@ def test_kalthoff_winkler_coarse(tmp_path):
 
 
 def test_polymer_composite_coarse(tmp_path):
-    # a cube of 1.6 um with two particles, until its matrix has broken
-    found = run("polymer_composite", tmp_path, n=16, strain_at_end=0.009, frames=30, pictures=1)
+    # a cube of 1.6 um with two particles, pulled four times as fast as the case, until its matrix breaks
+    found = run("polymer_composite", tmp_path, n=16, speed=0.02, frames=25, pictures=1)
     assert found["particles"] == 2
     assert found["nodes"] == 16 * 16 * 22
-    assert found["reuss"] < found["modulus_over_E"] < found["voigt"]
-    assert found["matrix_breaks_before_strain"] < found["interface_breaks_before_strain"], "it is the weaker one"
+    assert abs(found["modulus_over_E"] - found["voigt"]) < 0.05
+    assert 0 < found["first_break_before_strain"] < found["peak_at_strain"] < 0.009
+    assert found["broken_bonds_matrix"] > 1000
     assert found["broken_bonds_particle"] == 0
-    assert found["first_break_before_strain"] < found["peak_at_strain"] < 0.008
-    assert found["last_stress_over_peak"] < 0.5
+    assert found["last_stress_over_peak"] < 0.6
     for file in ("stress_strain.csv", "history.csv", "matrix.vtkhdf"):
         assert (tmp_path / file).stat().st_size > 0
     assert list(tmp_path.glob("section_*.png"))
 
 
-def law_that_knows_particles(stretch, c, alpha, between, particle_i, particle_j, grip_i, grip_j):
-    """All kinds of bonds of the composite in one law."""
-    if particle_i == particle_j:
-        return (c if particle_i == 0 else alpha * c) * stretch
-    if particle_i > 0 and particle_j > 0:
-        return 0.0
-    return (alpha if grip_i + grip_j > 0 else between) * c * stretch
-
-
-def test_particles_as_parts_pull_like_one_part_with_a_law_that_knows_them():
+def test_particles_as_parts_pull_like_one_part_of_several_materials():
     composite = case("polymer_composite")
-    n, alpha, spacing = 16, 100.0, composite.SPACING
-    edge, never = n * spacing, {"matrix_stretch": 1.0, "interface_stretch": 1.0, "particle_stretch": 1.0}
-    scene = composite.scene(n=n, alpha=alpha, **never)
-    forces = [each for each in scene.relations if isinstance(each, PairwiseForce)]
+    n, alpha, spacing = 20, 100.0, composite.SPACING
+    edge = n * spacing
+    scene = composite.scene(n=n, particles=1000, alpha=alpha, matrix_stretch=1, interface_stretch=1, particle_stretch=1)
+    forces = [each for each in scene.relations if isinstance(each, OrdinaryStateBased)]
     bodies = list(dict.fromkeys(end for force in forces for end in force.ends))
+    centers = cKDTree(composite.places_of_particles(8, edge, seed=1))
+
+    def particle_of(points):
+        """Number of the particle at each point, 0 in the matrix and in the grips."""
+        far, nearest = centers.query(points)
+        return (nearest + 1) * (far <= composite.RADIUS) * (np.abs(points[:, 2]) < edge / 2)
+
+    def joins_two_particles(starts, ends):
+        here, there = particle_of(starts), particle_of(ends)
+        return (here != there) & (here > 0) & (there > 0)
 
     one = rbs.Part("one", rbs.Box(size=(edge, edge, edge + 6 * spacing))).discretize(spacing)
-    one.connect(horizon=3 * spacing * (1 + 1e-9))
-    far, nearest = cKDTree(composite.places_of_particles(2, edge, seed=1)).query(one.positions)
-    in_grip = np.abs(one.positions[:, 2]) > edge / 2
-    inside = (far <= composite.RADIUS) & ~in_grip
-    one[rbs.Field("particle", "node", "scalar", "1", "p", "Its number, 0 in the matrix.")] = (nearest + 1.0) * inside
-    one[rbs.Field("grip", "node", "scalar", "1", "g", "1 in a grip.")] = in_grip.astype(float)
-    parameters = {"c": forces[0].c, "alpha": alpha, "between": 2 * alpha / (1 + alpha)}
-    force = PairwiseForce(one, law_that_knows_particles, CriticalStretch(1.0), **parameters)
+    one.connect(horizon=3 * spacing * (1 + 1e-9)).bonds.remove(joins_two_particles)
+    moduli = composite.E * np.where(particle_of(one.positions) > 0, alpha, 1.0)
+    solid = OrdinaryStateBased(one, E=moduli, nu=composite.NU, fracture=CriticalStretch(1))
 
     waves = np.array([[3e6, 4e6, 1e6], [2e6, 1e6, 3e6], [1e6, 0.0, -5e6]])
     for body in (*bodies, one):
         body[displacement] = lambda X: 1e-10 * np.sin(X @ waves)
     rbs.Analysis(forces).run(steps=1, dt=1e-15, progress=False)
-    rbs.Analysis([force]).run(steps=1, dt=1e-15, progress=False)
+    rbs.Analysis([solid]).run(steps=1, dt=1e-15, progress=False)
     distance, same = cKDTree(one.positions).query(np.vstack([body.positions for body in bodies]))
     assert distance.max() < 1e-6 * spacing
     assert sorted(same) == list(range(len(one)))
@@ -206,16 +202,17 @@ def test_kalthoff_winkler_on_a_finer_grid(half, tmp_path):
 
 @pytest.mark.verify
 def test_polymer_composite_modulus_and_cracks(tmp_path):
-    # soft particles, for which the bounds are close, and stiff ones
-    short = {"n": 30, "strain_at_end": 0.002, "speed": 1.25e-3, "frames": 10, "pictures": 1}
+    # the modulus relative to that of the same cube with particles like the matrix
+    short = {"n": 24, "strain_at_end": 0.002, "speed": 2.5e-3, "frames": 10, "pictures": 1}
     polymer = run("polymer_composite", tmp_path / "1", alpha=1, **short)["modulus_over_E"]
-    twice = run("polymer_composite", tmp_path / "2", alpha=2, **short)
-    ratio = twice["modulus_over_E"] / polymer
-    assert 0.99 * twice["hashin_shtrikman_lower"] < ratio < 1.01 * twice["hashin_shtrikman_upper"]
-    found = run("polymer_composite", tmp_path / "100", n=30, strain_at_end=0.01)
-    assert found["hashin_shtrikman_lower"] < found["modulus_over_E"] / polymer < found["hashin_shtrikman_upper"]
-    assert found["kinetic_energy_over_work_at_peak"] < 0.02
+    for alpha in (2, 10):
+        found = run("polymer_composite", tmp_path / str(alpha), alpha=alpha, **short)
+        assert found["reuss"] < found["modulus_over_E"] / polymer < found["voigt"]
+    found = run("polymer_composite", tmp_path / "full")
+    assert found["nodes"] == 30 * 30 * 36
+    assert found["kinetic_energy_over_work_then"] < 0.01
     assert found["broken_bonds_particle"] == 0, "cracks go around particles"
-    assert found["broken_bonds_matrix"] > 10 * found["broken_bonds_interface"] > 0
-    assert found["peak_at_strain"] < 0.008
-    assert found["last_stress_over_peak"] < 0.4
+    assert found["broken_bonds_matrix"] > 100 * found["broken_bonds_interface"] > 0
+    assert found["matrix_breaks_before_strain"] < found["interface_breaks_before_strain"], "it is the weaker one"
+    assert found["peak_at_strain"] < 0.01
+    assert found["last_stress_over_peak"] < 0.2
