@@ -16,7 +16,7 @@ The dissertation leaves much open, and some of it cannot be. Taken here:
   work is in `result.json`. The body starts with the velocities of a uniform extension of its matrix, in which the
   particles move along.
 * The grips are as dense as the particles, so that their bonds to these do not need a shorter time step.
-* Critical stretches, of which none is given: 1 % in the matrix, 2 % at the interface, none in the particles.
+* Critical stretches, of which none is given: 1 % in the matrix, 2 % at the interface, 5 % in the particles.
 * Particles do not overlap; there are no bonds between two of them, as in the dissertation.
 * Stress is the mean of the two reactions over the area, half of what equation 4.1 adds up.
 
@@ -47,16 +47,7 @@ from rbs_plugins import (
     VTKHDFExporter,
     read_table,
 )
-from rbs_plugins.fields import (
-    damage,
-    density,
-    displacement,
-    external_work,
-    force_density,
-    intact,
-    velocity,
-    volume,
-)
+from rbs_plugins.fields import damage, density, displacement, external_work, force_density, intact, velocity, volume
 
 SPACING, RADIUS = 1e-7, 4e-7  # m
 E, NU, RHO = 1.035e6, 0.42, 955.0  # Pa, 1, kg/m^3
@@ -71,7 +62,7 @@ crack = rbs.Field("crack", "node", "scalar", "1", "φ", "Damage of the matrix wi
 
 
 def linear(stretch, c):
-    """The law of the interface, and of everything else."""
+    """The law of bond-based interfaces."""
     return c * stretch
 
 
@@ -123,7 +114,15 @@ class Cracks(rbs.Measure):
 
     storages = ("list", "lattice")
 
-    def __init__(self, matrix, particles, interfaces, section, *, when: rbs.Trigger = rbs.always) -> None:
+    def __init__(
+        self,
+        matrix: rbs.Part,
+        particles: list[rbs.Part],
+        interfaces: list[rbs.Connection],
+        section: rbs.Part,
+        *,
+        when: rbs.Trigger = rbs.always,
+    ) -> None:
         """Takes the parts, the connections of the interfaces, and the part that shows."""
         super().__init__(matrix, when=when)
         self.particles, self.interfaces, self.section = particles, interfaces, section
@@ -210,12 +209,15 @@ def scene(
     for ball, center in zip(balls, centers, strict=True):
         ball.discretize(grid_around(center, edge)).connect(horizon)
     bodies = [matrix, *balls]
-    pull = lambda X: np.clip(X / edge, -0.5, 0.5) * (0.0, 0.0, 2 * speed)  # noqa: E731
-    matrix[velocity] = pull
-    for ball, center in zip(balls, centers, strict=True):
-        ball[density], ball[velocity] = alpha * RHO, pull(center)
 
-    matrix[density] = lambda X: np.where(cube.contains(X), RHO, alpha * RHO)
+    def uniform_extension(points: np.ndarray) -> np.ndarray:
+        """Velocities that rise from one grip to the other."""
+        return np.clip(points / edge, -0.5, 0.5) * (0.0, 0.0, 2 * speed)
+
+    matrix[density] = lambda points: np.where(cube.contains(points), RHO, alpha * RHO)
+    matrix[velocity] = uniform_extension
+    for ball, center in zip(balls, centers, strict=True):
+        ball[density], ball[velocity] = alpha * RHO, uniform_extension(center)
 
     # three kinds of bonds; those of an interface get the shares of the materials of both ends
     material, given = (OrdinaryStateBased, {"nu": NU}) if model == "state-based" else (BondBased, {})
@@ -236,7 +238,7 @@ def scene(
 
     debonding = CriticalStretch(interface_stretch)
     glue = [bonds_between(solid, cube, debonding, f"interface of {solid.part.name}") for solid in inside]
-    near_grip = edge / 2 + SPACING / 2 - horizon
+    near_grip = edge / 2 + SPACING / 2 - horizon  # from there on a node is bonded to the first layer of a grip
     held = [
         bonds_between(solid, ~cube, tough, f"grip to {solid.part.name}")
         for solid in inside
@@ -290,7 +292,7 @@ def measure(analysis: rbs.Analysis) -> dict[str, object]:
     hosts = {r.host for r in analysis.relations if isinstance(r, PairwiseForce)}
     nu = NU if any(isinstance(r, OrdinaryStateBased) for r in analysis.relations) else 1 / 4
     inside = sum(len(ball) for ball in balls)
-    in_cube = round(edge_of(matrix) / SPACING) ** 3
+    in_cube = round(np.ptp(matrix.positions[:, 0]) / SPACING + 1) ** 3
     bonds = {name: history[f"broken_{k}"] for k, name in enumerate(("matrix", "interface", "particle"))}
     total = sum(bonds.values())
     ratio = history["moving"] / history["external_work"]
@@ -320,11 +322,6 @@ def measure(analysis: rbs.Analysis) -> dict[str, object]:
         result |= {f"broken_bonds_{name}": int(count[-1]), f"{name}_breaks_before_strain": float(then)}
     steps = slice(None, None, max(len(curve["strain"]) // 200, 1))
     return {**result, "curve_strain_stress_over_E": np.column_stack([curve["strain"], curve["stress"] / E])[steps]}
-
-
-def edge_of(matrix: rbs.Part) -> float:
-    """Edge of the cube, m."""
-    return float(np.ptp(matrix.positions[:, 0]) + SPACING)
 
 
 def bounds(fraction: float, alpha: float, nu: float) -> dict[str, float]:

@@ -110,8 +110,8 @@ class OrdinaryStateBased(PairwiseForce):
             given = {f"{field.name}_{end}": float(each[0]) for field, each in distinct.items() for end in "ij"}
         else:
             for field, values in fields.items():
-                for part, value in zip([solid.part for solid in self._between] or [host], values, strict=True):
-                    part[field] = value
+                for solid, value in zip(self._between or (None,), values, strict=True):
+                    (solid.part if solid else host)[field] = value
         if not distinct[dilatational_modulus].any():
             given |= {"dilatation_i": 0.0, "dilatation_j": 0.0}
         return given
