@@ -11,7 +11,7 @@ from rbs_core.errors import BadInput
 
 VARIABLE = "RBS_MEMORY"
 UNITS = ("B", "kB", "MB", "GB", "TB")
-SMALL = 16_000_000  # bytes that nobody need look for: asking the system costs as much as a small part
+SMALL = 100_000_000  # bytes that nobody need look for: asking the system takes as long as a step of a small part
 V1, V2 = Path("/sys/fs/cgroup/memory"), Path("/sys/fs/cgroup")  # where Linux tells the limits of a container
 
 

@@ -10,6 +10,7 @@ from collections.abc import Iterable
 import rbs_core as rbs
 from rbs_plugins import fields
 from rbs_plugins.boundary.contact import ShortRangeRepulsion
+from rbs_plugins.boundary.damping import ViscousDamping
 from rbs_plugins.boundary.domain import BoundaryDomain
 from rbs_plugins.boundary.motion import Rotation, Translation
 from rbs_plugins.boundary.search import Search
@@ -18,6 +19,7 @@ from rbs_plugins.constitutive.dilatation import Dilatation
 from rbs_plugins.constitutive.fracture import Criterion, CriticalStretch, Damage
 from rbs_plugins.constitutive.ordinary import OrdinaryStateBased
 from rbs_plugins.constitutive.pairwise import PairwiseForce
+from rbs_plugins.constitutive.strength import Weibull
 from rbs_plugins.exporters.animation import AnimationExporter
 from rbs_plugins.exporters.connections import ConnectionExporter
 from rbs_plugins.exporters.hdf5 import HDF5Exporter
@@ -61,6 +63,8 @@ __all__ = [
     "VTKExporter",
     "VTKHDFExporter",
     "VelocityVerlet",
+    "ViscousDamping",
+    "Weibull",
     "fields",
     "largest",
     "mean",
@@ -85,6 +89,7 @@ def rbs_relations() -> Iterable[type[rbs.Relation]]:
         Kick,
         Drift,
         BoundaryDomain,
+        ViscousDamping,
         Translation,
         Rotation,
         KineticEnergy,

@@ -20,6 +20,9 @@ dissipation_density = Field(
 breakable = Field(
     "breakable", "bond", "scalar", "1", "b", "1 where the bond may break, 0 in a no-fail zone.", "uint8", 1
 )
+critical_stretch = Field(
+    "critical_stretch", "node", "scalar", "1", "s0", "Stretch beyond which the bonds of the node fail."
+)
 volume_fraction = Field(
     "volume_fraction",
     "bond",
@@ -63,6 +66,9 @@ dilatational_modulus = Field(
 kinetic_energy = Field("kinetic_energy", "part", "scalar", "J", "T", "Kinetic energy of the part.")
 strain_energy = Field("strain_energy", "part", "scalar", "J", "U", "Energy in the intact bonds of the part.")
 external_work = Field("external_work", "part", "scalar", "J", "A", "Work that boundary domains have done on the part.")
+viscous_dissipation = Field(
+    "viscous_dissipation", "part", "scalar", "J", "Ψ", "Energy that viscous damping has taken from the part."
+)
 fracture_dissipation = Field(
     "fracture_dissipation", "part", "scalar", "J", "Φ", "Energy that the bonds held when they broke."
 )
@@ -75,6 +81,7 @@ VOCABULARY = (
     damage,
     strain_energy_density,
     dissipation_density,
+    critical_stretch,
     breakable,
     volume_fraction,
     contact_distance,
@@ -86,6 +93,7 @@ VOCABULARY = (
     kinetic_energy,
     strain_energy,
     external_work,
+    viscous_dissipation,
     fracture_dissipation,
 )
 

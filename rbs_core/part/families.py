@@ -24,17 +24,17 @@ def families(
     owner: str,
     positions: NDArray[np.float64],
     place: tuple[Grid | None, NDArray[np.int64] | None],
-    horizon: float,
+    reach: float,
     storage: str | None,
     real: str,
 ) -> Storage:
-    """The bonds of all nodes to all others within the horizon.
+    """The bonds of all nodes to all others within reach.
 
     Args:
         owner: name of the part, for messages.
         positions: (n, d), m.
         place: the grid that the nodes were laid on, None for nodes from elsewhere, and their cells in it, None for all.
-        horizon: m.
+        reach: radius within which nodes are bonded, m.
         storage: "list", "lattice", or None for what suits the nodes.
         real: type of bond fields of real numbers.
 
@@ -53,14 +53,14 @@ def families(
                 f"part '{owner}': its nodes are not those of a regular grid, which storage='lattice' needs: use "
                 "part.discretize, or storage='list'"
             )
-        return _of_cloud(owner, positions, horizon, real)
+        return _of_cloud(owner, positions, reach, real)
     if storage == "lattice" or (storage is None and len(cells) >= FILLED * len(grid)):
-        require_lattice(owner, grid.shape, horizon / grid.spacing * (1 + TOLERANCE))
-        return Lattice(owner, positions, cells, grid.shape, grid.spacing, horizon, real)
+        require_lattice(owner, grid.shape, reach / grid.spacing * (1 + TOLERANCE))
+        return Lattice(owner, positions, cells, grid.shape, grid.spacing, reach, real)
     from rbs_core.part import search  # numba is loaded when first needed, not by the import of the package
 
-    require_rows(owner, positions, horizon)
-    rows = search.lattice_rows(positions, cells, grid.shape, grid.spacing, horizon)
+    require_rows(owner, positions, reach)
+    rows = search.lattice_rows(positions, cells, grid.shape, grid.spacing, reach)
     return Rows(owner, positions, rows, real)
 
 

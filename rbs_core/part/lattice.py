@@ -8,7 +8,7 @@ only bits; a step across an edge of the grid lands on some other cell, and its b
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from rbs_core.errors import BadInput
 from rbs_core.fields import Field, FieldStore, intact
 from rbs_core.part.reach import half_steps
-from rbs_core.part.storage import TOLERANCE, Crosses, Storage
+from rbs_core.part.storage import TOLERANCE, Crosses, Of, Storage
 
 Bits = NDArray[Any]
 # Cells that loops take at once: they may go so far beyond the last cell, where there are no bonds.
@@ -33,7 +33,7 @@ class Lattice(Storage):
         cells: (n,) ascending numbers (x fastest) of the cells that hold nodes.
         shape: cells per axis.
         spacing: of the grid, m.
-        horizon: radius of a family, m; widened by one part in 1e9, as in the search for rows.
+        reach: radius within which nodes are bonded, m; widened by one part in 1e9, as in the search for rows.
         real: type of bond fields of real numbers.
 
     Attributes:
@@ -55,11 +55,11 @@ class Lattice(Storage):
         cells: NDArray[np.int64],
         shape: tuple[int, ...],
         spacing: float,
-        horizon: float,
+        reach: float,
         real: str = "float64",
     ) -> None:
         self._positions, self.spacing, self.shape = positions, spacing, shape
-        self.vectors, self.steps = half_steps(shape, horizon / spacing * (1 + TOLERANCE))
+        self.vectors, self.steps = half_steps(shape, reach / spacing * (1 + TOLERANCE))
         longest = int(self.steps[-1]) if len(self.steps) else 0
         self.margin = -(-(longest + AT_ONCE) // AT_ONCE) * AT_ONCE
         count = int(np.prod(shape))
@@ -177,8 +177,8 @@ class Lattice(Storage):
             )
         return bits
 
-    def tabulate(self, field: Field, function: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> None:
-        self.fields.hold(field, np.asarray(function(self.lengths), self.fields.dtype(field)))
+    def tabulate(self, field: Field, function: Of) -> None:
+        self.fields.hold(field, function(self.spacing * self.vectors.astype(float)).astype(self.fields.dtype(field)))
 
     def cut(self, crosses: Crosses, near: NDArray[np.bool_]) -> tuple[int, int]:
         holds, crossing = self.fields.raw(intact), self._crossing(crosses, near)

@@ -67,7 +67,8 @@ class BondBased(PairwiseForce):
         nu: Poisson's ratio, only checked: a pair potential has 1/4 (3-D, plane strain) or 1/3 (plane stress).
         plane: "stress" (default) or "strain", 2-D parts only.
         c: the micromodulus itself, N/m^6.
-        partial_volume: "none" or "linear".
+        partial_volume: "none", "linear" or "exact", see PairwiseForce.
+        surface_correction: "none", "volume", "force density" or "energy", see SurfaceCorrection.
         active: whether nodes that nothing has reached are skipped, see PairwiseForce.
         **parameters: numbers that law and criterion ask for, see PairwiseForce.
 
@@ -91,6 +92,7 @@ class BondBased(PairwiseForce):
         plane: str | None = None,
         c: float | None = None,
         partial_volume: str = "none",
+        surface_correction: str = "none",
         active: bool | None = None,
         when: Trigger = always,
         **parameters: float,
@@ -111,6 +113,7 @@ class BondBased(PairwiseForce):
             fracture,
             potential=potential,
             partial_volume=partial_volume,
+            surface_correction=surface_correction,
             active=active,
             when=when,
             c=c,

@@ -87,8 +87,8 @@ class OrdinaryStateBased(PairwiseForce):
         )  # fmt: skip
         self._fixed = {**self._moduli(part), **self.dilatation.given}
         super().__init__(
-            part, linear_solid, fracture, potential=held, partial_volume=partial_volume, active=active, when=when,
-            **self._fixed, **parameters,
+            part, linear_solid, fracture, potential=held, partial_volume=partial_volume, surface_correction="none",
+            active=active, when=when, **self._fixed, **parameters,
         )  # fmt: skip
 
     # -- constants --------------------------------------------------------------------------------------------------
@@ -110,8 +110,8 @@ class OrdinaryStateBased(PairwiseForce):
             given = {f"{field.name}_{end}": float(each[0]) for field, each in distinct.items() for end in "ij"}
         else:
             for field, values in fields.items():
-                for solid, value in zip(self._between or (None,), values, strict=True):
-                    (solid.part if solid else host)[field] = value
+                for end, value in zip(host.ends if isinstance(host, Connection) else [host], values, strict=True):
+                    end[field] = value
         if not distinct[dilatational_modulus].any():
             given |= {"dilatation_i": 0.0, "dilatation_j": 0.0}
         return given
@@ -141,10 +141,11 @@ class OrdinaryStateBased(PairwiseForce):
     # -- loops ------------------------------------------------------------------------------------------------------
 
     def recipe(self) -> Recipe:
+        recipe = super().recipe()
+        scales = ("inverse_weighted_volume", "influence", "dilatational_modulus", "deviatoric_modulus")
         return replace(
-            super().recipe(), release=freed if self._recording else None, still=("dilatation",),
-            scales=("inverse_weighted_volume", "influence", "dilatational_modulus", "deviatoric_modulus"),
-        )  # fmt: skip
+            recipe, freed=freed if self._recording else None, still=("dilatation",), scales=(*recipe.scales, *scales)
+        )
 
     def energy_loops(self) -> BondLoops:
         """Loops with dilatations of their own: those of the present displacement, whenever somebody asks."""

@@ -8,14 +8,14 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rbs_core import BadInput, BadLaw, NotFinite, Part, Relation, Trigger, always
-from rbs_core.honesty import not_finite
+from rbs_core import BadInput, BadLaw, Part, Relation, Trigger, always
 from rbs_core.part import Connection, Lattice
 from rbs_core.relation import Fields, Key
 from rbs_core.trigger import Clock
 from rbs_plugins.constitutive.bonded import BondLoops, BondRelation
 from rbs_plugins.constitutive.corrections import set_partial_volume
 from rbs_plugins.constitutive.fracture import Criterion
+from rbs_plugins.constitutive.surface import SurfaceCorrection
 from rbs_plugins.fields import (
     breakable,
     density,
@@ -50,7 +50,10 @@ class PairwiseForce(BondRelation):
         fracture: when bonds fail; never if not given.
         potential: energy w(...) of a bond, J/m^6, with dw/d(length) = law; integrated numerically if not given (8
             panels of 5 Gauss points: exact for smooth laws, off by up to 1e-3 of the energy behind a kink).
-        partial_volume: "none", or "linear" for the linear band at the edge of the horizon.
+        partial_volume: "none", "linear" for the linear band at the edge of the horizon, or "exact" for the share of
+            each cell that lies within.
+        surface_correction: "none", "volume", "force density" or "energy": a factor λ of bonds near surfaces, see
+            SurfaceCorrection.
         active: True skips nodes that nothing has reached yet, which changes no result: for bonds stored as lattice, and
             laws that are zero at rest; None (default) does so wherever it can be done, False never.
         when: trigger.
@@ -58,10 +61,10 @@ class PairwiseForce(BondRelation):
 
     Raises:
         BadLaw: if an argument name is unknown, or (at the start of the run) if a function cannot be compiled.
-        BadInput: if the part is not connected, on an unknown name of a partial volume, or a parameter that no function
-            asks for.
+        BadInput: if the part is not connected, on an unknown name of a partial volume or a surface correction, or a
+            parameter that no function asks for.
 
-    The force density is L_i = Σ_j μ f β V_j d/|d| with d = y_j − y_i (Silling 2000; Silling & Askari 2005).
+    The force density is L_i = Σ_j μ λ f β V_j d/|d| with d = y_j − y_i (Silling 2000; Silling & Askari 2005).
     """
 
     adds: Fields = (force_density,)
@@ -76,6 +79,7 @@ class PairwiseForce(BondRelation):
         *,
         potential: Callable[..., Any] | None = None,
         partial_volume: str = "none",
+        surface_correction: str = "none",
         active: bool | None = None,
         when: Trigger = always,
         **parameters: float,
@@ -100,8 +104,9 @@ class PairwiseForce(BondRelation):
         self._criterion_arguments = () if fracture is None else tuple(resolve(fracture.function, part, values))
         self._potential_arguments = () if potential is None else tuple(resolve(potential, part, values))
         self._check_asked(parameters)
+        self.surface = SurfaceCorrection(surface_correction, part, partial_volume, law, self._law_arguments)
         if fracture is not None:
-            fracture.mark(part)
+            fracture.mark(self)
 
     def _check_asked(self, parameters: dict[str, float]) -> None:
         """A keyword that no function asks for is a misspelt one."""
@@ -190,11 +195,16 @@ class PairwiseForce(BondRelation):
             intact=self._fracture is not None or self.may_have_broken,
             breakable=self._zoned,
             fraction=self._fraction,
+            surface=self.surface.kind,
             uniform=self.uniform(volume) is not None,
             dissipation=self._recording,
+            scales=() if self._fracture is None else self._fracture.scales,
             late=self._fracture is not None and self._fracture.release == "next step",
             **self.processor(),
         )
+
+    def end_factors(self) -> NDArray[np.float64]:
+        return self.surface.factors
 
     def _check_record(self) -> None:
         """Whether the energy of failing bonds can be recorded at all.
@@ -247,7 +257,7 @@ class PairwiseForce(BondRelation):
         self._called = True
         self._now = [clock.time, clock.dt]
         if not self._loops.add(clock.time, clock.dt, bool(self.starts)):
-            raise self._blame()
+            raise self.blame()
 
     def can_start(self, key: Key) -> bool:
         return isinstance(self._loops, LatticeLoops)
@@ -271,17 +281,9 @@ class PairwiseForce(BondRelation):
             now[:] = clock.time, clock.dt
             if not merged.add(clock.time, clock.dt, start):
                 wrong = [each for each in forces if each.forces_are_finite() is not None]
-                raise (wrong or forces)[0]._blame()
+                raise (wrong or forces)[0].blame()
 
         return apply
-
-    def _blame(self) -> NotFinite:
-        """Names what is not finite."""
-        found = self.forces_are_finite()
-        if found is not None:
-            part, field, array = found
-            return not_finite(part, field.name, array)
-        return NotFinite(f"the forces of '{self.host.name}' overflow: look at the loads and the time step")
 
     def compile_energy(self, out: NDArray[np.float64]) -> None:
         """Makes `energy` ready; called after `attach` by whoever will ask for energies.
@@ -334,7 +336,7 @@ class PairwiseForce(BondRelation):
     @property
     def nbytes(self) -> int:
         """Positions of the last forces, as the loops want them."""
-        return self._loops.nbytes if hasattr(self, "_loops") else 0
+        return self._loops.nbytes + self.surface.nbytes if hasattr(self, "_loops") else 0
 
     def items(self) -> int:
         return len(self.host.bonds)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from rbs_plugins.loops import roots
+from rbs_plugins.loops import roots, surface
 from rbs_plugins.loops.arguments import Argument
 from rbs_plugins.loops.loop import Text
 from rbs_plugins.loops.recipe import FAILS, SLOPE_STEP, Body, Recipe, indented, strict
@@ -38,12 +38,13 @@ class LatticeBody(Body):
 
     @property
     def weight(self) -> str:
-        return " * fraction" if self.recipe.fraction else ""
+        return (" * fraction" if self.recipe.fraction else "") + surface.weight(self.recipe)
 
     @property
     def by_cell(self) -> dict[str, str]:
         """Arrays of nodes by cell, and the ends at which they are needed."""
         arrays = {} if self.recipe.uniform else {"volume": "ij"}
+        arrays |= dict.fromkeys(surface.at_nodes(self.recipe), "ij")
         for argument in self.used:
             if argument.kind == "node":
                 ends = "ij" if self.recipe.sums == "total" else argument.name[-1]
@@ -208,7 +209,7 @@ LOOPS = {"force": force, "total": total, "energy": energy, "stiffness": stiffnes
 @cache
 def text(name: str, recipe: Recipe) -> Text:
     """The module of one of the loops above."""
-    return recipe.text(*kinematics(recipe), FLUSH, LOOPS[name](recipe))
+    return recipe.text(*kinematics(recipe), *surface.definition(recipe), FLUSH, LOOPS[name](recipe))
 
 
 def kinematics(r: Recipe) -> list[str]:

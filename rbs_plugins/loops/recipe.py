@@ -44,11 +44,12 @@ class Recipe:
         sums: what the loops are for: "force", Σ law β V d/|d|, or "total", Σ law β V of any scalar law.
         still, scales: names of fields that are zero where nothing has moved yet, and of those that only multiply:
             a law that asks for no others may be zero at rest all the same.
-        release: energy that a failing bond frees, where this is not its potential; asks for what the law asks for.
+        freed: energy that a failing bond frees, where this is not its potential; asks for what the law asks for.
         law_arguments, criterion_arguments, potential_arguments: resolved, in the order of the functions.
         intact: whether bonds may be broken.
         breakable: whether some bonds may not break.
         fraction: whether neighbors count with a volume fraction.
+        surface: how factors of the ends of a bond make one of the bond, see `surface`; "" if there are none.
         uniform: whether all volumes are equal.
         dissipation: whether the energy of breaking bonds is recorded.
         late: whether a failing bond carries its force for the rest of the step.
@@ -67,11 +68,12 @@ class Recipe:
     intact: bool = False
     breakable: bool = False
     fraction: bool = False
+    surface: str = ""
     uniform: bool = True
     dissipation: bool = False
     late: bool = False
     sums: str = "force"
-    release: Callable[..., Any] | None = None
+    freed: Callable[..., Any] | None = None
     still: tuple[str, ...] = ()
     scales: tuple[str, ...] = ()
     real: str = "float64"
@@ -95,7 +97,7 @@ class Recipe:
     @property
     def laws(self) -> dict[str, Callable[..., Any]]:
         """The functions that there are, by the names that the loops call them by."""
-        every = {"law": self.law, "criterion": self.criterion, "potential": self.potential, "release": self.release}
+        every = {"law": self.law, "criterion": self.criterion, "potential": self.potential, "freed": self.freed}
         return {name: function for name, function in every.items() if function is not None}
 
     @property
@@ -294,7 +296,7 @@ class Body(ABC):
         path = self.each(along + "{k} * (d{k} - o{k})", " + ")
         arguments = self.recipe.law_arguments
         work = f"work = 0.5 * {self.call('law', arguments, **at)} * ({path}) / {size}"
-        freed = self.potential(**at) if self.recipe.release is None else self.call("release", arguments, **at)
+        freed = self.potential(**at) if self.recipe.freed is None else self.call("freed", arguments, **at)
         return [work, f"lost += 0.5 * ({freed} + work){self.weight}"]
 
     def slope(self) -> list[str]:

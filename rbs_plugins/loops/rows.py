@@ -38,14 +38,15 @@ class _Body(Body):
 
     @property
     def weight(self) -> str:
-        return (" * row_volume_fraction[q]" if self.recipe.fraction else "") + (
-            "" if self.recipe.uniform else " * volume[j]"
-        )
+        flags = (("row_volume_fraction[q]", self.recipe.fraction), ("row_stiffness_factor[q]", self.recipe.surface),
+                 ("volume[j]", not self.recipe.uniform))  # fmt: skip
+        return "".join(f" * {source}" for source, there in flags if there)
 
     def function(self, name: str, *body: str) -> str:
         """The whole function: a loop over nodes with the given body."""
         r = self.recipe
         flags = (("intact", r.intact), ("breakable", r.breakable), ("volume_fraction", r.fraction),
+                 ("stiffness_factor", r.surface),
                  ("volume", not r.uniform), ("before", r.dissipation), ("dissipation", r.dissipation))  # fmt: skip
         arrays = dict.fromkeys(a.array for a in self.used if a.field is not None)
         flagged = [flag for flag, there in flags if there]
@@ -57,7 +58,7 @@ class _Body(Body):
         """Slices of the row and values at the node."""
         r = self.recipe
         rows = ["neighbors", "inverse", *(["intact"] if r.intact else []), *(["breakable"] if r.breakable else []),
-                *(["volume_fraction"] if r.fraction else [])]  # fmt: skip
+                *(["volume_fraction"] if r.fraction else []), *(["stiffness_factor"] if r.surface else [])]  # fmt: skip
         rows += [a.array for a in self.used if a.kind == "bond" and a.array not in rows]
         lines = ["first, last = offsets[i], offsets[i + 1]"]
         lines += [f"row_{name} = {name}[first:last]" for name in dict.fromkeys(rows)]
@@ -240,7 +241,8 @@ class RowLoops:
     def nbytes(self) -> int:
         """Bytes of what belongs to these loops alone."""
         copies = 1 + ("before" in self._inputs) + bool(self._energy)
-        return copies * self.position.nbytes + self._ranges.nbytes
+        factors = self._inputs["stiffness_factor"].nbytes if self._recipe.surface else 0
+        return copies * self.position.nbytes + self._ranges.nbytes + int(factors)
 
     @property
     def kind(self) -> Hashable:

@@ -118,6 +118,8 @@ PLUGINS = [
     "VTKExporter",
     "VTKHDFExporter",
     "VelocityVerlet",
+    "ViscousDamping",
+    "Weibull",
     "fields",
     "largest",
     "mean",
