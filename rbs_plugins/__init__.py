@@ -15,10 +15,19 @@ from rbs_plugins.boundary.domain import BoundaryDomain
 from rbs_plugins.boundary.motion import Rotation, Translation
 from rbs_plugins.boundary.search import Search
 from rbs_plugins.constitutive.bond_based import BondBased
+from rbs_plugins.constitutive.correspondence import Correspondence
+from rbs_plugins.constitutive.deformation_criteria import (
+    CriticalEquivalentStrain,
+    CriticalShearStrain,
+    CriticalVolumetricStrain,
+    MaximumPrincipalStress,
+)
 from rbs_plugins.constitutive.dilatation import Dilatation
 from rbs_plugins.constitutive.fracture import Criterion, CriticalStretch, Damage
 from rbs_plugins.constitutive.ordinary import OrdinaryStateBased
 from rbs_plugins.constitutive.pairwise import PairwiseForce
+from rbs_plugins.constitutive.softening import BondSoftening
+from rbs_plugins.constitutive.stabilization import SillingControl, WanControl
 from rbs_plugins.constitutive.strength import Weibull
 from rbs_plugins.exporters.animation import AnimationExporter
 from rbs_plugins.exporters.connections import ConnectionExporter
@@ -37,11 +46,16 @@ from rbs_plugins.measures import FractureDissipation, KineticEnergy, StrainEnerg
 __all__ = [
     "AnimationExporter",
     "BondBased",
+    "BondSoftening",
     "BoundaryDomain",
     "CSVExporter",
     "ConnectionExporter",
+    "Correspondence",
     "Criterion",
+    "CriticalEquivalentStrain",
+    "CriticalShearStrain",
     "CriticalStretch",
+    "CriticalVolumetricStrain",
     "Damage",
     "Dilatation",
     "Drift",
@@ -49,6 +63,7 @@ __all__ = [
     "HDF5Exporter",
     "Kick",
     "KineticEnergy",
+    "MaximumPrincipalStress",
     "NeighborhoodExporter",
     "OrdinaryStateBased",
     "PairwiseForce",
@@ -56,6 +71,7 @@ __all__ = [
     "Rotation",
     "Search",
     "ShortRangeRepulsion",
+    "SillingControl",
     "StrainEnergy",
     "SymplecticEuler",
     "TextExporter",
@@ -64,6 +80,7 @@ __all__ = [
     "VTKHDFExporter",
     "VelocityVerlet",
     "ViscousDamping",
+    "WanControl",
     "Weibull",
     "fields",
     "largest",
@@ -82,6 +99,7 @@ def rbs_relations() -> Iterable[type[rbs.Relation]]:
         PairwiseForce,
         BondBased,
         OrdinaryStateBased,
+        Correspondence,
         Dilatation,
         ShortRangeRepulsion,
         Search,
