@@ -16,11 +16,20 @@ from rbs_plugins.boundary.motion import Rotation, Translation
 from rbs_plugins.boundary.search import Search
 from rbs_plugins.constitutive.bond_based import BondBased
 from rbs_plugins.constitutive.bond_energy import BondEnergy, MeanBondEnergy
+from rbs_plugins.constitutive.correspondence import Correspondence
+from rbs_plugins.constitutive.deformation_criteria import (
+    CriticalEquivalentStrain,
+    CriticalShearStrain,
+    CriticalVolumetricStrain,
+    MaximumPrincipalStress,
+)
 from rbs_plugins.constitutive.dilatation import Dilatation
 from rbs_plugins.constitutive.failure import CriticalBondEnergy, CriticalNodalEnergy, critical_bond_energy
 from rbs_plugins.constitutive.fracture import Criterion, CriticalStretch, Damage
 from rbs_plugins.constitutive.ordinary import OrdinaryStateBased
 from rbs_plugins.constitutive.pairwise import PairwiseForce
+from rbs_plugins.constitutive.softening import BondSoftening
+from rbs_plugins.constitutive.stabilization import SillingControl, WanControl
 from rbs_plugins.constitutive.strength import Weibull
 from rbs_plugins.exporters.animation import AnimationExporter
 from rbs_plugins.exporters.connections import ConnectionExporter
@@ -40,13 +49,18 @@ __all__ = [
     "AnimationExporter",
     "BondBased",
     "BondEnergy",
+    "BondSoftening",
     "BoundaryDomain",
     "CSVExporter",
     "ConnectionExporter",
+    "Correspondence",
     "Criterion",
     "CriticalBondEnergy",
+    "CriticalEquivalentStrain",
     "CriticalNodalEnergy",
+    "CriticalShearStrain",
     "CriticalStretch",
+    "CriticalVolumetricStrain",
     "Damage",
     "Dilatation",
     "Drift",
@@ -54,6 +68,7 @@ __all__ = [
     "HDF5Exporter",
     "Kick",
     "KineticEnergy",
+    "MaximumPrincipalStress",
     "MeanBondEnergy",
     "NeighborhoodExporter",
     "OrdinaryStateBased",
@@ -62,6 +77,7 @@ __all__ = [
     "Rotation",
     "Search",
     "ShortRangeRepulsion",
+    "SillingControl",
     "StrainEnergy",
     "SymplecticEuler",
     "TextExporter",
@@ -70,6 +86,7 @@ __all__ = [
     "VTKHDFExporter",
     "VelocityVerlet",
     "ViscousDamping",
+    "WanControl",
     "Weibull",
     "critical_bond_energy",
     "fields",
@@ -89,6 +106,7 @@ def rbs_relations() -> Iterable[type[rbs.Relation]]:
         PairwiseForce,
         BondBased,
         OrdinaryStateBased,
+        Correspondence,
         Dilatation,
         BondEnergy,
         MeanBondEnergy,

@@ -17,6 +17,15 @@ strain_energy_density = Field(
 dissipation_density = Field(
     "dissipation_density", "node", "scalar", "J/m^3", "D", "Half of the energy that the broken bonds of a node held."
 )
+deformation_gradient = Field(
+    "deformation_gradient", "node", "tensor", "1", "F", "Deformation of the family of a node as a whole."
+)
+plastic_strain = Field(
+    "plastic_strain", "node", "tensor", "1", "ε_p", "Plastic part of the strain, without change of volume."
+)
+equivalent_plastic_strain = Field(
+    "equivalent_plastic_strain", "node", "scalar", "1", "α", "Length of the path of the plastic strain, times √(2/3)."
+)
 breakable = Field(
     "breakable", "bond", "scalar", "1", "b", "1 where the bond may break, 0 in a no-fail zone.", "uint8", 1
 )
@@ -32,6 +41,7 @@ volume_fraction = Field(
     "Share of the neighbor's cell that lies within the horizon.",
     initial=1,
 )
+largest_stretch = Field("largest_stretch", "bond", "scalar", "1", "s_max", "Largest stretch that the bond has had.")
 contact_distance = Field(
     "contact_distance", "bond", "scalar", "m", "d", "Distance of two nodes below which they repel each other."
 )
@@ -92,9 +102,13 @@ VOCABULARY = (
     damage,
     strain_energy_density,
     dissipation_density,
+    deformation_gradient,
+    plastic_strain,
+    equivalent_plastic_strain,
     critical_stretch,
     breakable,
     volume_fraction,
+    largest_stretch,
     contact_distance,
     bond_energy,
     bond_force,

@@ -17,12 +17,12 @@ POISSON = {"stress": 1 / 3, "strain": 1 / 4, "3-D": 1 / 4}
 POISSON_TOLERANCE = 5e-3
 
 
-def linear(stretch, c):
+def proportional(stretch, c):
     """Pairwise force of the prototype microelastic brittle material (Silling & Askari 2005, eq. 11)."""
     return c * stretch
 
 
-def linear_potential(stretch, reference_length, c):
+def proportional_potential(stretch, reference_length, c):
     """Its micropotential w = c s^2 |ξ| / 2 (Silling & Askari 2005, eq. 12)."""
     return 0.5 * c * stretch * stretch * reference_length
 
@@ -79,6 +79,7 @@ class BondBased(PairwiseForce):
         c: the micromodulus itself, N/m^6.
         partial_volume: "none", "linear" or "exact", see PairwiseForce.
         surface_correction: "none", "volume", "force density" or "energy", see SurfaceCorrection.
+        linear: small displacements, see PairwiseForce.
         active: whether nodes that nothing has reached are skipped, see PairwiseForce.
         **parameters: numbers that law and criterion ask for, see PairwiseForce.
 
@@ -86,8 +87,8 @@ class BondBased(PairwiseForce):
         BadInput: on a modulus that is not positive, too many or no moduli, or a Poisson's ratio it cannot have.
     """
 
-    law = staticmethod(linear)
-    potential: Any = staticmethod(linear_potential)
+    law = staticmethod(proportional)
+    potential: Any = staticmethod(proportional_potential)
     own_parameters = ("c",)
     example = {"E": 1e9}
 
@@ -103,6 +104,7 @@ class BondBased(PairwiseForce):
         c: float | None = None,
         partial_volume: str = "none",
         surface_correction: str = "none",
+        linear: bool = False,
         active: bool | None = None,
         when: Trigger = always,
         **parameters: float,
@@ -115,8 +117,8 @@ class BondBased(PairwiseForce):
             assert self.E is not None
             c = micromodulus(self.E, self.horizon, self.case, across_of(name, part))
         self.c = c
-        law_is_linear = type(self).law is linear
-        potential = None if type(self).potential is linear_potential and not law_is_linear else type(self).potential
+        own_law = type(self).law is not proportional
+        potential = None if own_law and type(self).potential is proportional_potential else type(self).potential
         super().__init__(
             part,
             type(self).law,
@@ -124,6 +126,7 @@ class BondBased(PairwiseForce):
             potential=potential,
             partial_volume=partial_volume,
             surface_correction=surface_correction,
+            linear=linear,
             active=active,
             when=when,
             c=c,
@@ -133,18 +136,18 @@ class BondBased(PairwiseForce):
     @property
     def holds_beyond(self) -> dict[str, Any] | None:  # type: ignore[override]
         """Criteria of what a bond holds, of the linear law."""
-        return {"tension": beyond_in_tension, "both": beyond} if type(self).law is linear else None
+        return {"tension": beyond_in_tension, "both": beyond} if type(self).law is proportional else None
 
     @property
     def path_dependent(self) -> bool:  # type: ignore[override]
         """False: a spring holds what it has taken."""
-        return type(self).law is not linear
+        return type(self).law is not proportional
 
     def critical_stretch(self, fracture_energy: float) -> float:
         """Critical stretch of the linear material for a fracture energy G0, J/m^2."""
         if self.E is None:
             raise BadInput(f"{type(self).__name__}: a fracture energy needs E or K, not only the micromodulus c")
-        if type(self).law is not linear:
+        if type(self).law is not proportional:
             raise BadInput(f"{type(self).__name__}: the formula for fracture energy holds for f = c s: give s0 instead")
         return critical_stretch(fracture_energy, self.E, self.horizon, self.case)
 

@@ -85,7 +85,12 @@ class BondEnergy(BondRelation):
             )
         law = self.force.recipe()
         recipe = Recipe(
-            law=law.law, law_arguments=law.law_arguments, sums="work", uniform=law.uniform, **self.processor()
+            law=law.law,
+            law_arguments=law.law_arguments,
+            sums="work",
+            uniform=law.uniform,
+            linear=law.linear,
+            **self.processor(),
         )
         self._loops = self.make_loops(recipe, {"out": [np.zeros((len(self.part), self.part.dimension))]})
 

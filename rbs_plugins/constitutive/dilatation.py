@@ -53,6 +53,7 @@ class Dilatation(BondRelation):
         weighted_volume: m over the bonds that were there at the "initial" state, cut ones among them; over those that
             are "intact", found anew when bonds break; or of the "full" family, the integral over the whole ball.
         partial_volume: as of PairwiseForce.
+        linear: small displacements, see PairwiseForce.
         within: the dilatations of the two parts, for a connection.
         when: trigger.
 
@@ -75,6 +76,7 @@ class Dilatation(BondRelation):
         *,
         weighted_volume: str = "initial",
         partial_volume: str = "none",
+        linear: bool = False,
         within: Sequence[Dilatation] = (),
         when: Trigger = always,
     ) -> None:
@@ -82,7 +84,7 @@ class Dilatation(BondRelation):
         if weighted_volume not in WEIGHTED_VOLUMES:
             known = ", ".join(WEIGHTED_VOLUMES)
             raise BadInput(f"{self.label}: weighted_volume={weighted_volume!r} must be one of {known}")
-        self.influence, self.rule = influence, weighted_volume
+        self.influence, self.rule, self._linear = influence, weighted_volume, linear
         self.adds = self.at_nodes(dilatation)
         self._fraction = set_partial_volume(part, partial_volume)
         self.given = set_influence(part, influence, self.label)
@@ -90,8 +92,7 @@ class Dilatation(BondRelation):
         self._weights = tuple(resolve(weight, part, self.given))
         self._links: list[Dilatation] = []
         for each in self._check_within(within):
-            each._links = [link for link in each._links if link.host is not part] + [self]
-            each.weigh()
+            each.link(self)
         if isinstance(part, Part):
             self.weigh()
         self._holding = 0  # tells whether bonds have broken since the last look
@@ -126,12 +127,25 @@ class Dilatation(BondRelation):
 
     # -- weighted volume --------------------------------------------------------------------------------------------
 
+    def link(self, joint: Dilatation) -> None:
+        """Takes a connection of the part into account; what the others add is known."""
+        others = [link for link in self._links if link.host is not joint.host]
+        known = len(others) == len(self._links) and self.rule != "full"
+        self._links = [*others, joint]
+        if known:
+            self._hold(self._m + joint._shares(self.part))
+        else:
+            self.weigh()
+
     def weigh(self) -> None:
         """Finds the weighted volumes of the nodes of the part, over its own bonds and those of its connections."""
         if self.rule == "full":
-            m: Any = np.full(len(self.part), full_weighted_volume(self))
+            self._hold(np.full(len(self.part), full_weighted_volume(self)))
         else:
-            m = self._shares(self.part) + sum(link._shares(self.part) for link in self._links)
+            self._hold(self._shares(self.part) + sum(link._shares(self.part) for link in self._links))
+
+    def _hold(self, m: NDArray[np.float64]) -> None:
+        self._m = m
         inverse = np.zeros(len(self.part))
         np.divide(1.0, m, out=inverse, where=m > 0)  # a node that has lost all bonds feels nothing
         self.part[inverse_weighted_volume] = inverse
@@ -147,7 +161,7 @@ class Dilatation(BondRelation):
 
     def _recipe(self, law: Callable[..., Any], arguments: tuple[Any, ...], broken: bool) -> Recipe:
         return Recipe(
-            law=law, law_arguments=arguments, sums="total", intact=broken, fraction=self._fraction,
+            law=law, law_arguments=arguments, sums="total", linear=self._linear, intact=broken, fraction=self._fraction,
             uniform=self.uniform(volume) is not None, scales=("inverse_weighted_volume", "influence"),
             **self.processor(),
         )  # fmt: skip

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from rbs_core import BadInput, Field, Geometry, Measure, Part, Relation
+from rbs_core import BadInput, Connection, Field, Geometry, Measure, Part, Relation, Trigger, always
 from rbs_core.part import Host
+from rbs_core.relation import Fields
 from rbs_core.trigger import Clock
+from rbs_plugins.constitutive.bonded import require_bonds
 from rbs_plugins.constitutive.strength import GRADED, is_graded, set_limits
 from rbs_plugins.fields import breakable, critical_stretch, damage, intact, volume
-from rbs_plugins.loops.damage import damage_loops
+from rbs_plugins.loops.damage import JointDamage, JointShare, damage_loops, family_volumes
 
 if TYPE_CHECKING:
     from rbs_plugins.constitutive.pairwise import PairwiseForce
@@ -202,22 +204,51 @@ def _short(limit: Any) -> str:
 class Damage(Measure):
     """Broken share of each family by volume: φ = 1 − Σ μV / ΣV (Silling & Askari 2005).
 
+    Args:
+        part: connected part.
+        connections: of this part, whose bonds count, too; those that are searched again cannot.
+        when: trigger.
+
+    Raises:
+        BadInput: on a connection of other parts, or at the start of a run on one that is searched again.
+
     Bonds that a pre-crack has cut count as broken; removed ones (`bonds.remove`) never were. A node without bonds has
     damage 0.
     """
 
     example = {}
-    reads = (intact, volume)
     writes = (damage,)
     storages = ("list", "lattice")
 
+    def __init__(self, part: Part, connections: Sequence[Connection] = (), *, when: Trigger = always) -> None:
+        super().__init__(part, when=when)
+        require_bonds(type(self).__name__, part)
+        self.connections = (connections,) if isinstance(connections, Connection) else tuple(connections)
+        for each in self.connections:
+            if not isinstance(each, Connection) or part not in each.ends:
+                raise BadInput(f"{self.label}: {each!r} is no connection of this part")
+
+    @property
+    def reads(self) -> Fields:  # type: ignore[override]
+        """The state of all bonds, and the volumes at their ends."""
+        ends = [(end, volume) for each in self.connections for end in each.ends]
+        return tuple(dict.fromkeys([intact, (self.part, volume), *((c, intact) for c in self.connections), *ends]))
+
     def attach(self) -> None:
+        for each in self.connections:
+            if each.searched_again:
+                raise BadInput(f"{self.label}: the bonds of '{each.name}' are searched again: leave it out")
         stored = self.part.bonds.stored
         self._loops, self._kept = damage_loops(stored, self.raw(intact), self[volume], self[damage])
+        if self.connections:
+            shares = [JointShare(each, self.part, self.raw((each, intact))) for each in self.connections]
+            self._joint = JointDamage(family_volumes(stored, self[volume]), shares)
 
     def apply(self, clock: Clock) -> None:
         for loop in self._loops:
             loop()
+        if self.connections:
+            self._joint.add(self[damage])
 
     @property
     def nbytes(self) -> int:

@@ -45,6 +45,7 @@ class OrdinaryStateBased(PairwiseForce):
         influence: ω, see Dilatation.
         weighted_volume: "initial", "intact" or "full", see Dilatation.
         partial_volume: as of PairwiseForce.
+        linear: small displacements, see PairwiseForce: the linearised solid.
         between: the solids of the two parts, for a connection; it has no constants of its own.
         active: as of PairwiseForce.
         when: trigger.
@@ -80,6 +81,7 @@ class OrdinaryStateBased(PairwiseForce):
         influence: Influence | str = "constant",
         weighted_volume: str = "initial",
         partial_volume: str = "none",
+        linear: bool = False,
         between: Sequence[OrdinaryStateBased] = (),
         active: bool | None = None,
         when: Trigger = always,
@@ -93,13 +95,14 @@ class OrdinaryStateBased(PairwiseForce):
             self.E, self.nu = constants(name, self.case, part, E, nu)
             self.gamma, self.pull = moduli(self.case, self.E, self.nu)
         self.dilatation: Dilatation = Dilatation(
-            part, influence, weighted_volume=weighted_volume, partial_volume=partial_volume,
+            part, influence, weighted_volume=weighted_volume, partial_volume=partial_volume, linear=linear,
             within=[each.dilatation for each in self._between], when=when,
         )  # fmt: skip
         self._fixed = {**self._moduli(part), **self.dilatation.given}
+        numbers: dict[str, Any] = {**self._fixed, **parameters}
         super().__init__(
-            part, linear_solid, fracture, potential=held, partial_volume=partial_volume, surface_correction="none",
-            active=active, when=when, **self._fixed, **parameters,
+            part, linear_solid, fracture, potential=held, partial_volume=partial_volume, linear=linear, active=active,
+            when=when, **numbers,
         )  # fmt: skip
         self.feeders = (*((self.dilatation,) if self.path_dependent else ()), *self.feeders)
 
@@ -156,7 +159,7 @@ class OrdinaryStateBased(PairwiseForce):
         recipe = super().recipe()
         scales = ("inverse_weighted_volume", "influence", "dilatational_modulus", "deviatoric_modulus")
         return replace(
-            recipe, freed=freed if self._recording else None, still=("dilatation",), scales=(*recipe.scales, *scales)
+            recipe, freed=freed if self.recording else None, still=("dilatation",), scales=(*recipe.scales, *scales)
         )
 
     def energy_loops(self) -> BondLoops:

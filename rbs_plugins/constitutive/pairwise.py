@@ -15,6 +15,7 @@ from rbs_core.trigger import Clock
 from rbs_plugins.constitutive.bonded import BondLoops, BondRelation
 from rbs_plugins.constitutive.corrections import set_partial_volume
 from rbs_plugins.constitutive.fracture import Criterion
+from rbs_plugins.constitutive.record import check_record
 from rbs_plugins.constitutive.surface import SurfaceCorrection
 from rbs_plugins.fields import (
     breakable,
@@ -54,6 +55,8 @@ class PairwiseForce(BondRelation):
             each cell that lies within.
         surface_correction: "none", "volume", "force density" or "energy": a factor λ of bonds near surfaces, see
             SurfaceCorrection.
+        linear: True for small displacements: the extension is η·ξ/|ξ| with η = u_j − u_i, and forces act along ξ. A
+            rotation then stretches bonds, in second order.
         active: True skips nodes that nothing has reached yet, which changes no result: for bonds stored as lattice, and
             laws that are zero at rest; None (default) does so wherever it can be done, False never.
         when: trigger.
@@ -83,6 +86,7 @@ class PairwiseForce(BondRelation):
         potential: Callable[..., Any] | None = None,
         partial_volume: str = "none",
         surface_correction: str = "none",
+        linear: bool = False,
         active: bool | None = None,
         when: Trigger = always,
         **parameters: float,
@@ -94,7 +98,7 @@ class PairwiseForce(BondRelation):
             raise BadInput(f"{self.label}: fracture={fracture!r} must be a criterion such as CriticalStretch(0.01)")
         self.adds = self.at_nodes(force_density)
         self._law, self._fracture, self._potential = law, fracture, potential
-        self._active = active
+        self._active, self._linear = active, linear
         self._called = False  # whether the loops hold the positions of an earlier force
         self._now = [0.0, 0.0]  # time and dt of the last force
         self._fraction = set_partial_volume(part, partial_volume)
@@ -168,7 +172,7 @@ class PairwiseForce(BondRelation):
         return self._fracture is not None and self._fracture.within is not None
 
     @property
-    def _recording(self) -> bool:
+    def recording(self) -> bool:
         """True if somebody wants to know the energy of the bonds that fail here."""
         return self._fracture is not None and any(self.wants((end, dissipation_density)) for end in self.ends)
 
@@ -179,7 +183,7 @@ class PairwiseForce(BondRelation):
     # -- loops ------------------------------------------------------------------------------------------------------
 
     def attach(self) -> None:
-        self._check_record()
+        check_record(self, [each for each in self._scene if isinstance(each, PairwiseForce)])
         self._energies: BondLoops | None = None  # made for the bonds that there are, when somebody asks
         recipe = self.recipe()
         last = getattr(self, "_loops", None)
@@ -202,42 +206,15 @@ class PairwiseForce(BondRelation):
             fraction=self._fraction,
             surface=self.surface.kind,
             uniform=self.uniform(volume) is not None,
-            dissipation=self._recording,
+            dissipation=self.recording,
             scales=() if self._fracture is None else self._fracture.scales,
+            linear=self._linear,
             late=self._fracture is not None and self._fracture.release == "next step",
             **self.processor(),
         )
 
     def end_factors(self) -> NDArray[np.float64]:
         return self.surface.factors
-
-    def _check_record(self) -> None:
-        """Whether the energy of failing bonds can be recorded at all.
-
-        Raises:
-            BadInput: if the force pauses, or another force of the part may see the same bond fail.
-        """
-        wanted = [end for end in self.ends if self.wants((end, dissipation_density))]
-        if not self._recording:
-            return
-        if self.when != always:
-            raise BadInput(f"{self.label}: the energy of failing bonds can only be recorded in every step")
-        if self.host.searched_again:
-            raise BadInput(
-                f"{self.label}: the energy of failing bonds is not known where bonds are searched again during a run: "
-                "leave FractureDissipation out"
-            )
-        if len(wanted) < len(self.ends):
-            raise BadInput(
-                f"{self.label}: the energy of failing bonds belongs to both parts, and only that of '{wanted[0].name}' "
-                "is asked for: add FractureDissipation of the other one"
-            )
-        others = [r for r in self._scene if isinstance(r, PairwiseForce) and r is not self and r.host is self.host]
-        if others:
-            raise BadInput(
-                f"{self.label}: the energy of failing bonds is not known where several forces act on the bonds of one "
-                f"part (here also {others[0].label}): leave FractureDissipation out, or put both laws into one"
-            )
 
     def reset(self) -> None:
         self._called = False
@@ -249,7 +226,7 @@ class PairwiseForce(BondRelation):
 
     def state(self) -> dict[str, Any]:
         """The positions of the last force, where the energy of failing bonds is recorded from them."""
-        return {"position": self._loops.position} if self._called and self._recording else {}
+        return {"position": self._loops.position} if self._called and self.recording else {}
 
     def restore(self, state: dict[str, Any]) -> None:
         if "position" in state:
@@ -269,7 +246,7 @@ class PairwiseForce(BondRelation):
 
     def batch_key(self) -> Hashable:
         small = len(self.host) < BATCH_BELOW and not self.host.searched_again
-        return (type(self._loops), self._loops.kind) if small and not self._recording else None
+        return (type(self._loops), self._loops.kind) if small and not self.recording else None
 
     def batch(self, relations: Sequence[Relation]) -> Callable[[Clock], None]:
         forces = [each for each in relations if isinstance(each, PairwiseForce)]

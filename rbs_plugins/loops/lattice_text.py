@@ -217,7 +217,11 @@ def kinematics(r: Recipe) -> list[str]:
     body = LatticeBody(r, ())
     arguments = f"{body.each('x{k}')}, {body.each('e{k}')}, size, inverse"
     moved = [f"d{k} = x{k} + e{k}" for k in body.axes]
-    if r.newton:
+    if r.linear:
+        lines = [f"stretch = ({body.products('e{k}', 'x{k}')}) * (inverse * inverse)",
+                 f"return {body.each('d{k}')}, size * (REAL(1.0) + stretch), stretch, inverse"]  # fmt: skip
+        moved = [f"d{k} = x{k}" for k in body.axes]
+    elif r.newton:
         # with a = (d² - ξ²) / ξ² the stretch is sqrt(1 + a) - 1; near zero it is known to the last digit of 1 only, so
         # it is corrected by a step of Newton's for stretch (2 + stretch) = a
         lines = [f"change = ({body.products('e{k}', '(e{k} + REAL(2.0) * x{k})')}) * (inverse * inverse)",

@@ -53,6 +53,7 @@ class Recipe:
         surface: how factors of the ends of a bond make one of the bond, see `surface`; "" if there are none.
         uniform: whether all volumes are equal.
         dissipation: whether the energy of breaking bonds is recorded.
+        linear: whether displacements are small: extensions η·ξ/|ξ|, forces along the reference bond.
         late: whether a failing bond carries its force for the rest of the step.
         real: type in which a lattice computes, "float64" or "float32"; rows always compute in double precision.
         roots: how inverse lengths are computed, "hardware" or "newton", see `roots`.
@@ -73,6 +74,7 @@ class Recipe:
     uniform: bool = True
     dissipation: bool = False
     late: bool = False
+    linear: bool = False
     sums: str = "force"
     freed: Callable[..., Any] | None = None
     still: tuple[str, ...] = ()
@@ -297,6 +299,8 @@ class Body(ABC):
         at, along, size = ({}, "d", "length") if late else (old, "o", "length_old")
         path = self.each(along + "{k} * (d{k} - o{k})", " + ")
         arguments = self.recipe.law_arguments
+        if self.recipe.linear:
+            path, size = "(stretch - stretch_old) * reference_length", "1.0"
         work = f"work = 0.5 * {self.call('law', arguments, **at)} * ({path}) / {size}"
         freed = self.potential(**at) if self.recipe.freed is None else self.call("freed", arguments, **at)
         return [work, f"lost += 0.5 * ({freed} + work){self.weight}"]
