@@ -29,6 +29,11 @@ def require_bonds(name: str, host: Host) -> None:
         raise BadInput(f"{name} '{host.name}': the part has no bonds: call part.connect(horizon=...) first")
 
 
+def precision_of(part: Part) -> type[np.floating[Any]]:
+    """Type of the numbers in the fields of a part."""
+    return np.float32 if part.precision == "single" else np.float64
+
+
 class BondRelation(Constitutive):
     """A constitutive relation on the bonds of a part, or on those of a connection.
 
@@ -98,7 +103,7 @@ class BondRelation(Constitutive):
     def processor(self) -> dict[str, Any]:
         """What of a recipe depends on the machine, on how bonds are stored and in which precision."""
         lattice = self.host.bonds.storage == "lattice"
-        real = self[displacement].dtype.name if lattice else "float64"
+        real = np.dtype(precision_of(self.part)).name if lattice else "float64"
         # lists wait for gathers, and divide meanwhile
         way = roots.way(real) if lattice else "hardware"
         return {"roots": way, "processor": machine.processor(), "real": real, "dimension": self.host.dimension}
@@ -117,7 +122,7 @@ class BondRelation(Constitutive):
             felt: fields at nodes to which the loops add, or an array for each end, by the names of the loops; "out" is
                 the first of them.
             active: as the user has chosen.
-            instead: arrays, one for each end, that the functions get in place of those of a field.
+            instead: arrays, one for each end, that are taken in place of a field.
 
         Raises:
             BadInput: if nodes shall be skipped that cannot be.
@@ -128,7 +133,8 @@ class BondRelation(Constitutive):
         if active and why is not None:
             raise BadInput(f"{self.label}: active=True skips nodes that nothing has reached, but {why}: leave it out")
         at_nodes: dict[str, Field | Arrays] = {
-            "displacement": displacement, "reference_position": reference_position, **felt
+            "displacement": (instead or {}).get(displacement, displacement),
+            "reference_position": reference_position, **felt,
         }  # fmt: skip
         others: dict[str, Any] = {"cell": 1.0}
         if recipe.uniform:
