@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Hashable, Sequence
 from typing import Any, ClassVar
 
@@ -96,6 +97,7 @@ class PairwiseForce(BondRelation):
         self.adds = self.at_nodes(force_density)
         self._law, self._fracture, self._potential = law, fracture, potential
         self._active, self._linear = active, linear
+        self._warned = False  # of a step that is too large for new bonds
         self._called = False  # whether the loops hold the positions of an earlier force
         self._now = [0.0, 0.0]  # time and dt of the last force
         self._fraction = set_partial_volume(part, partial_volume)
@@ -231,10 +233,22 @@ class PairwiseForce(BondRelation):
     def apply(self, clock: Clock) -> None:
         if self.outdated_bonds:
             self.attach()
+            self._warn_of_step(clock)
         self._called = True
         self._now = [clock.time, clock.dt]
         if not self._loops.add(clock.time, clock.dt, bool(self.starts)):
             raise self.blame()
+
+    def _warn_of_step(self, clock: Clock) -> None:
+        """Says once if bonds that were found during the run are too stiff for its step."""
+        highest = max((float(each.max(initial=0.0)) for each in self.squared_frequencies().values()), default=0.0)
+        if highest * clock.dt**2 > 4.0 and not self._warned:
+            self._warned = True
+            warnings.warn(
+                f"{self.label}: the bonds found at step {clock.step} allow a time step of {2.0 / highest**0.5:.3g} s, "
+                f"and it is {clock.dt:.3g} s: the run will blow up; give dt",
+                stacklevel=2,
+            )
 
     def can_start(self, key: Key) -> bool:
         return isinstance(self._loops, LatticeLoops)
