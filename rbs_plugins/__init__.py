@@ -30,7 +30,9 @@ from rbs_plugins.exporters.text import TextExporter
 from rbs_plugins.exporters.vtk import VTKExporter
 from rbs_plugins.exporters.vtkhdf import VTKHDFExporter
 from rbs_plugins.integrators.explicit import Drift, Kick, SymplecticEuler, VelocityVerlet
-from rbs_plugins.measures import FractureDissipation, KineticEnergy, StrainEnergy
+from rbs_plugins.measures.energy import FractureDissipation, KineticEnergy, StrainEnergy
+from rbs_plugins.measures.strain import Strain
+from rbs_plugins.measures.stress import Stress
 
 __all__ = [
     "AnimationExporter",
@@ -54,7 +56,9 @@ __all__ = [
     "Rotation",
     "Search",
     "ShortRangeRepulsion",
+    "Strain",
     "StrainEnergy",
+    "Stress",
     "SymplecticEuler",
     "TextExporter",
     "Translation",
@@ -90,6 +94,8 @@ def rbs_relations() -> Iterable[type[rbs.Relation]]:
         KineticEnergy,
         StrainEnergy,
         FractureDissipation,
+        Strain,
+        Stress,
         VTKExporter,
         VTKHDFExporter,
         HDF5Exporter,

@@ -17,6 +17,14 @@ strain_energy_density = Field(
 dissipation_density = Field(
     "dissipation_density", "node", "scalar", "J/m^3", "D", "Half of the energy that the broken bonds of a node held."
 )
+deformation_gradient = Field(
+    "deformation_gradient", "node", "tensor", "1", "F", "Deformation of the family of a node as a whole."
+)
+strain = Field("strain", "node", "tensor", "1", "ε", "Strain of the family of a node as a whole.")
+stress = Field("stress", "node", "tensor", "Pa", "ν", "Collapsed stress: force states of the family times its bonds.")
+peridynamic_stress = Field(
+    "peridynamic_stress", "node", "tensor", "Pa", "ν", "Stress of all bonds that pass the cell of a node, mean of the cell."
+)
 breakable = Field(
     "breakable", "bond", "scalar", "1", "b", "1 where the bond may break, 0 in a no-fail zone.", "uint8", 1
 )
@@ -66,6 +74,13 @@ external_work = Field("external_work", "part", "scalar", "J", "A", "Work that bo
 fracture_dissipation = Field(
     "fracture_dissipation", "part", "scalar", "J", "Φ", "Energy that the bonds held when they broke."
 )
+singular_families = Field(
+    "singular_families", "part", "scalar", "1", "n", "Number of nodes whose bonds span no volume: they show no strain."
+)
+reaction_force = Field("reaction_force", "part", "vector", "N", "R", "Force that holds the nodes of a region.")
+crack_tip = Field("crack_tip", "part", "vector", "m", "x", "Foremost damaged place, in the reference configuration.")
+crack_tip_speed = Field("crack_tip_speed", "part", "scalar", "m/s", "v", "Speed of the crack tip along its direction.")
+j_integral = Field("j_integral", "part", "scalar", "J/m^2", "J", "Energy release rate of a straight crack, the J-integral.")
 
 VOCABULARY = (
     displacement,
@@ -75,6 +90,10 @@ VOCABULARY = (
     damage,
     strain_energy_density,
     dissipation_density,
+    deformation_gradient,
+    strain,
+    stress,
+    peridynamic_stress,
     breakable,
     volume_fraction,
     contact_distance,
@@ -87,6 +106,11 @@ VOCABULARY = (
     strain_energy,
     external_work,
     fracture_dissipation,
+    singular_families,
+    reaction_force,
+    crack_tip,
+    crack_tip_speed,
+    j_integral,
 )
 
 __all__ = [*(field.name for field in VOCABULARY), "VOCABULARY", "intact", "reference_position", "volume"]

@@ -41,7 +41,8 @@ class Recipe:
     Attributes:
         dimension: 1, 2 or 3.
         law, criterion, potential: plain functions; the last two may be None.
-        sums: what the loops are for: "force", Σ law β V d/|d|, or "total", Σ law β V of any scalar law.
+        sums: what the loops are for: "force", Σ law β V d/|d|, or "total", Σ law β V of any scalar law; "tensor",
+            Σ law β V η⊗ξ with η = d − ξ, or "moment", Σ law β V d/|d|⊗ξ, of d × d components (bonds of one part only).
         still, scales: names of fields that are zero where nothing has moved yet, and of those that only multiply:
             a law that asks for no others may be zero at rest all the same.
         release: energy that a failing bond frees, where this is not its potential; asks for what the law asks for.
@@ -118,6 +119,11 @@ class Recipe:
     def of_energy(self) -> tuple[Argument, ...]:
         """Arguments of the functions that an energy needs."""
         return (*self.law_arguments, *self.potential_arguments)
+
+    @property
+    def components(self) -> int:
+        """How many numbers a node gets."""
+        return {"force": self.dimension, "total": 1}.get(self.sums, self.dimension**2)
 
     @property
     def newton(self) -> bool:
