@@ -20,6 +20,7 @@ from rbs_plugins.constitutive.ordinary import OrdinaryStateBased
 from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.exporters.animation import AnimationExporter
 from rbs_plugins.exporters.connections import ConnectionExporter
+from rbs_plugins.exporters.crack_path import CrackPath, crack_paths
 from rbs_plugins.exporters.hdf5 import HDF5Exporter
 from rbs_plugins.exporters.neighborhoods import NeighborhoodExporter
 from rbs_plugins.exporters.picture import PictureExporter
@@ -30,7 +31,11 @@ from rbs_plugins.exporters.text import TextExporter
 from rbs_plugins.exporters.vtk import VTKExporter
 from rbs_plugins.exporters.vtkhdf import VTKHDFExporter
 from rbs_plugins.integrators.explicit import Drift, Kick, SymplecticEuler, VelocityVerlet
+from rbs_plugins.measures.crack import CrackTip
+from rbs_plugins.measures.crossing import PeridynamicStress
 from rbs_plugins.measures.energy import FractureDissipation, KineticEnergy, StrainEnergy
+from rbs_plugins.measures.j_integral import JIntegral
+from rbs_plugins.measures.reaction import ReactionForce
 from rbs_plugins.measures.strain import Strain
 from rbs_plugins.measures.stress import Stress
 
@@ -40,6 +45,8 @@ __all__ = [
     "BoundaryDomain",
     "CSVExporter",
     "ConnectionExporter",
+    "CrackPath",
+    "CrackTip",
     "Criterion",
     "CriticalStretch",
     "Damage",
@@ -47,12 +54,15 @@ __all__ = [
     "Drift",
     "FractureDissipation",
     "HDF5Exporter",
+    "JIntegral",
     "Kick",
     "KineticEnergy",
     "NeighborhoodExporter",
     "OrdinaryStateBased",
     "PairwiseForce",
+    "PeridynamicStress",
     "PictureExporter",
+    "ReactionForce",
     "Rotation",
     "Search",
     "ShortRangeRepulsion",
@@ -65,6 +75,7 @@ __all__ = [
     "VTKExporter",
     "VTKHDFExporter",
     "VelocityVerlet",
+    "crack_paths",
     "fields",
     "largest",
     "mean",
@@ -96,6 +107,11 @@ def rbs_relations() -> Iterable[type[rbs.Relation]]:
         FractureDissipation,
         Strain,
         Stress,
+        PeridynamicStress,
+        ReactionForce,
+        CrackTip,
+        JIntegral,
+        CrackPath,
         VTKExporter,
         VTKHDFExporter,
         HDF5Exporter,

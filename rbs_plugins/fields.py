@@ -23,7 +23,12 @@ deformation_gradient = Field(
 strain = Field("strain", "node", "tensor", "1", "ε", "Strain of the family of a node as a whole.")
 stress = Field("stress", "node", "tensor", "Pa", "ν", "Collapsed stress: force states of the family times its bonds.")
 peridynamic_stress = Field(
-    "peridynamic_stress", "node", "tensor", "Pa", "ν", "Stress of all bonds that pass the cell of a node, mean of the cell."
+    "peridynamic_stress",
+    "node",
+    "tensor",
+    "Pa",
+    "ν",
+    "Stress of all bonds that pass the cell of a node, mean of the cell.",
 )
 breakable = Field(
     "breakable", "bond", "scalar", "1", "b", "1 where the bond may break, 0 in a no-fail zone.", "uint8", 1
@@ -80,7 +85,9 @@ singular_families = Field(
 reaction_force = Field("reaction_force", "part", "vector", "N", "R", "Force that holds the nodes of a region.")
 crack_tip = Field("crack_tip", "part", "vector", "m", "x", "Foremost damaged place, in the reference configuration.")
 crack_tip_speed = Field("crack_tip_speed", "part", "scalar", "m/s", "v", "Speed of the crack tip along its direction.")
-j_integral = Field("j_integral", "part", "scalar", "J/m^2", "J", "Energy release rate of a straight crack, the J-integral.")
+j_integral = Field(
+    "j_integral", "part", "scalar", "J/m^2", "J", "Energy release rate of a straight crack, the J-integral."
+)
 
 VOCABULARY = (
     displacement,

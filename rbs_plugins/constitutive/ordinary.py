@@ -181,9 +181,7 @@ class OrdinaryStateBased(PairwiseForce):
         uniform = "deviatoric_modulus_i" in self._fixed
         numbers = {f"deviatoric_modulus_{end}": float(np.max(bounds[0])) for end in "ij"} if uniform else {}
         arguments = resolve(stiffest, self.host, {**self.dilatation.given, **numbers})
-        recipe = unbreaking(
-            self.recipe(), sums="total", law=stiffest, law_arguments=tuple(arguments), intact=False
-        )
+        recipe = unbreaking(self.recipe(), sums="total", law=stiffest, law_arguments=tuple(arguments), intact=False)
         sums = [np.zeros(len(end), precision_of(end)) for end in self.ends]
         arrays = [
             np.broadcast_to(b, (len(end),)).astype(precision_of(end)) for b, end in zip(bounds, self.ends, strict=True)

@@ -180,7 +180,8 @@ def tensor(r: Recipe) -> str:
     for k in body.axes:
         for m in body.axes:
             n = k * r.dimension + m
-            lines += [f"product = {moved}{k} * x{m}", f"own{n}[q] = fused(value, product, own{n}[q]) if counts else own{n}[q]",
+            lines += [f"product = {moved}{k} * x{m}",
+                      f"own{n}[q] = fused(value, product, own{n}[q]) if counts else own{n}[q]",
                       f"other{n}[q] = fused(back, product, other{n}[q]) if counts else other{n}[q]"]  # fmt: skip
     return body.loop(r.sums, r.components, lines, SKIP)
 

@@ -95,8 +95,8 @@ def checked_forces(label: str, part: Part, forces: PairwiseForce | Sequence[Pair
 class DisplacementGradient:
     """H = F − I of every family: H = [Σ ω η⊗ξ β V] K⁻¹, K = Σ ω ξ⊗ξ β V over the intact bonds.
 
-    The sums are those of Silling et al. (2007), eqs. 129-133 in the form with η = Y − ξ in place of Y, which is the
-    same in exact numbers and keeps all digits of a small strain. Exact for affine displacements.
+    F is that of Silling et al. (2007). With η = Y − ξ in place of Y the sums are the same in exact numbers, and keep
+    all digits of a small strain. Exact for affine displacements.
 
     A shape tensor whose least eigenvalue is below SINGULAR times its largest (fewer than d independent bonds) has no
     inverse: H is zero there, and the node is counted.

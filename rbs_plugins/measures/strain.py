@@ -29,8 +29,9 @@ class Strain(FamilyMeasure):
     Raises:
         BadInput: on an unknown kind, or a part that is not connected.
 
-    F is that of Silling et al. (2007), eqs. 129-133; it is offered as `deformation_gradient`. Both are exact in an affine
-    deformation, also at surfaces and beside cracks. The small strain of a rotated body is not zero, the other one is.
+    F is that of Silling et al. (2007), their correspondence of states and tensors; it is offered as
+    `deformation_gradient`. Both are exact in an affine deformation, also at surfaces and beside cracks. The small
+    strain of a rotated body is not zero, the other one is.
     Where the bonds of a node do not span the space (fewer than d independent ones: the least eigenvalue of K is below
     1e-6 times its largest), there is no F: the strain is zero there, F the identity, and `singular_families` counts
     such nodes.

@@ -39,9 +39,9 @@ class Stress(FamilyMeasure):
         BadInput: on an unknown kind, or forces that are not on the bonds of the part.
 
     A pair force f gives either end t = f/2; the ordinary state-based solid each end its own t. In a uniform deformation
-    of a body without surface ν is the first Piola-Kirchhoff stress (Silling et al. 2007, eq. 144; Lehoucq & Silling
-    2008, section 6), and equals the peridynamic stress tensor. It is smaller within a horizon of surfaces and cracks,
-    whose nodes have fewer bonds. The Cauchy stress follows Sarego (2016, eq. 4.13); where F is singular (see Strain) F
+    of a body without surface ν is the first Piola-Kirchhoff stress (Silling et al. 2007; Lehoucq & Silling 2008), and
+    equals the peridynamic stress tensor. It is smaller within a horizon of surfaces and cracks, whose nodes have fewer
+    bonds. Collapsed and Cauchy stress follow Sarego (2016, eqs. 4.10 and 4.13); where F is singular (see Strain) F
     counts as the identity, and such nodes are counted in `singular_families`.
     """
 
