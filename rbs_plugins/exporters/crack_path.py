@@ -54,9 +54,10 @@ class CrackPath(Exporter):
         self, part: Part, path: str | Path, *, threshold: float = THRESHOLD, within: Any = None, when: Trigger = always
     ) -> None:
         super().__init__(part, when=when)
+        self.path = Path(path)
         if part.dimension == 1:
             raise BadInput(f"{self.label}: a crack in a 1-D part is a point: take CrackTip")
-        self.path, self.threshold = Path(path), checked_threshold(self.label, threshold)
+        self.threshold = checked_threshold(self.label, threshold)
         self.nodes = np.arange(len(part)) if within is None else part.where(within)
         if not len(self.nodes):
             raise BadInput(f"{self.label}: no node lies in {within!r}: check the region or the spacing")

@@ -34,9 +34,11 @@ class CrackTip(Measure):
             that are not those of a part.
 
     The tip is the mean of the damaged nodes that lie as far in the direction as the foremost one, to a thousandth of a
-    spacing, and within a horizon of it: nodes on both sides of a crack share it. Positions are those of the reference
-    configuration. The speed is the slope of a straight line through the last `window` looks at position·direction, 0 at
-    the first one; on a grid a tip moves by whole spacings, so a window should see it pass several.
+    spacing, and within a horizon of it: nodes on both sides of a crack share it. Nodes right at the end of a cut have
+    lost few bonds, so with the default threshold and m = 3 the tip trails it by up to 1.5 spacings. Positions are those
+    of the reference configuration. The speed is the slope of a straight line through the last `window` looks at
+    position·direction, 0 at the first one; on a grid a tip moves by whole spacings, so a window should see it pass
+    several.
 
     A crack that branches has a tip per branch: give each a CrackTip with a region (`within`) of its own and fields of
     its own. Without, the foremost branch counts, and the field jumps from one to the other when they take turns.

@@ -38,7 +38,7 @@ class PeridynamicStress(FamilyMeasure):
     Raises:
         BadInput: on forces that are not on the bonds of the part.
 
-    The tensor at x sums the bonds through x: ν(x) = ½ ∫∫ f⊗ξ ∫₀¹ δ(x − X − λξ) dλ dV dV', f = T⟨ξ⟩ − T'⟨−ξ⟩ on X,
+    The tensor at x sums the bonds through x: ν(x) = ½ ∫∫ f⊗ξ ∫₀¹ δ(x − X − λξ) dλ dV dV', f = T⟨ξ⟩ − T'⟨−ξ⟩,
     ξ = X' − X; it is written here with a Dirac δ in place of their spherical coordinates. Its mean over the cell of
     node k, of volume V_k, is
 
@@ -159,7 +159,7 @@ def elementwise(law: Callable[..., Any]) -> Callable[..., Any]:
     """A law that takes arrays."""
     if getattr(numba.config, "DISABLE_JIT", False):
         return np.vectorize(law, otypes=[float])
-    return numba.vectorize(compilable(law))  # type: ignore[no-any-return]
+    return numba.vectorize(compilable(law))
 
 
 def grid_cells(part: Part) -> Passing:
