@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from rbs_core import BadInput, Field, Measure, Part, Trigger, always
 from rbs_core.trigger import Clock
 from rbs_plugins.fields import crack_tip, crack_tip_speed, damage, reference_position
-from rbs_plugins.measures.reaction import part_field
+from rbs_plugins.measures.places import place_for
 
 THRESHOLD = 0.3  # beside a straight crack through a square grid at m = 3 a node has lost 11 of 28 bonds, 0.39
 
@@ -74,8 +74,8 @@ class CrackTip(Measure):
         if not len(self.nodes):
             raise BadInput(f"{self.label}: no node lies in {within!r}: check the region or the spacing")
         self.window = window
-        self.position = part_field(self.label, position, "vector", "m")
-        self.speed = part_field(self.label, speed, "scalar", "m/s")
+        self.position = place_for(self.label, position, crack_tip)
+        self.speed = place_for(self.label, speed, crack_tip_speed)
         self.writes = (position, speed)
         self.reset()
 

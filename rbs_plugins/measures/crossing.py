@@ -24,7 +24,9 @@ from rbs_plugins.measures.stress import require_listed
 AT_ONCE = 2**18  # bonds, so that what a measure needs beside the fields stays in tens of megabytes
 SAMPLES = 8  # along a bond between nodes that are on no grid
 
-Passing = Callable[[NDArray[Any], NDArray[Any]], Iterator[tuple[Any, NDArray[np.int64], Any]]]
+Numbers = NDArray[np.int64]
+# adds to (n, d, d) what the bonds from nodes i (k,) to nodes j (k,) with moments (k, d, d) give to the cells
+Deposit = Callable[[NDArray[np.float64], Numbers, Numbers, NDArray[np.float64]], None]
 
 
 class PeridynamicStress(FamilyMeasure):
@@ -49,9 +51,9 @@ class PeridynamicStress(FamilyMeasure):
     bond across the mouth of a notch) is left out. It is a first Piola-Kirchhoff stress, N per reference area, first
     index of the force.
 
-    Unlike the collapsed stress it balances the forces, div ν = −L, also near surfaces, loads and cracks: the mean of ν·n
-    over a section is the force through it. In a uniform deformation both are equal away from surfaces. One call takes
-    some ten times as long as a force, on one thread: give it a trigger.
+    Unlike the collapsed stress it balances the forces, div ν = −L, also near surfaces, loads and cracks: the mean of
+    ν·n over a section is the force through it. In a uniform deformation both are equal away from surfaces. One call
+    takes as long as some hundred forces, on one thread: give it a trigger.
     """
 
     @staticmethod
@@ -75,14 +77,14 @@ class PeridynamicStress(FamilyMeasure):
         for force in self._forces:
             require_listed(force)
         self._pulls = [_Pull(self, force) for force in self._forces]
-        self._passing: Passing | None = None
+        self._deposit: Deposit | None = None
         self._made = self.part.version
 
     def apply(self, clock: Clock) -> None:
         if self._made != self.part.version:
             self.begin(clock)
-        if self._passing is None:
-            self._passing = grid_cells(self.part) if self.part.grid is not None else nearest_cells(self.part)
+        if self._deposit is None:
+            self._deposit = grid_cells(self.part) if self.part.grid is not None else nearest_cells(self.part)
         part = self.part
         u, sizes = self[displacement].astype(np.float64), self[volume].astype(np.float64)
         for pull in self._pulls:
@@ -97,8 +99,7 @@ class PeridynamicStress(FamilyMeasure):
             stretch = np.einsum("bk,bk->b", eta, xi + d) / ((length + rest) * rest)
             force = sum(pull(bonds, i, j, rest, length, stretch) for pull in self._pulls)
             moment = (force * sizes[i] * sizes[j] / length)[:, None, None] * d[:, :, None] * xi[:, None, :]
-            for chosen, cells, shares in self._passing(i, j):
-                np.add.at(total, cells, moment[chosen] * shares)
+            self._deposit(total, i, j, moment)
         self[peridynamic_stress][...] = total / sizes[:, None, None]
 
     def _bonds(self) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]]:
@@ -162,26 +163,31 @@ def elementwise(law: Callable[..., Any]) -> Callable[..., Any]:
     return numba.vectorize(compilable(law))
 
 
-def grid_cells(part: Part) -> Passing:
-    """For bonds between nodes of a grid: which of them pass which cells, and with which share of their length."""
+def grid_cells(part: Part) -> Deposit:
+    """Shares the moments of bonds between nodes of a grid among the cells that they pass."""
     assert part.spacing is not None
     index = np.rint((part.positions - part.positions.min(axis=0)) / part.spacing).astype(np.int64)
-    shape = tuple(index.max(axis=0) + 1)
-    nodes = np.full(shape, -1)
-    nodes[tuple(index.T)] = np.arange(len(index))
+    margin = round(part.bonds.horizon / part.spacing) + 1  # a code then names one step only
+    width = index.max(axis=0) + 1 + 2 * margin
+    strides = np.cumprod([1, *width[:-1]])
+    code = (index + margin) @ strides
+    nodes = np.full(int(np.prod(width)), -1)
+    nodes[code] = np.arange(len(index))
 
-    def passing(i: NDArray[Any], j: NDArray[Any]) -> Iterator[tuple[Any, NDArray[np.int64], Any]]:
-        steps, group = np.unique(index[j] - index[i], axis=0, return_inverse=True)
-        order = np.argsort(group.ravel(), kind="stable")
-        edges = np.searchsorted(group.ravel()[order], np.arange(len(steps) + 1))
-        for k, step in enumerate(steps):
+    def deposit(total: NDArray[np.float64], i: Numbers, j: Numbers, moments: NDArray[np.float64]) -> None:
+        steps, starts, group = np.unique(code[j] - code[i], return_index=True, return_inverse=True)
+        order = np.argsort(group, kind="stable")
+        edges = np.searchsorted(group[order], np.arange(len(steps) + 1))
+        for k, start in enumerate(starts):
             chosen = order[edges[k] : edges[k + 1]]
-            for shift, share in passed(tuple(step.tolist())):
-                cells = nodes[tuple((index[i[chosen]] + shift).T)]
+            begins, values = code[i[chosen]], moments[chosen]
+            for shift, share in passed(tuple((index[j[start]] - index[i[start]]).tolist())):
+                cells = nodes[begins + shift @ strides]
                 there = cells >= 0
-                yield chosen[there], cells[there], share
+                # bonds of one step begin at different nodes: no cell comes twice
+                total[cells[there]] += share * values[there]
 
-    return passing
+    return deposit
 
 
 @cache
@@ -197,14 +203,14 @@ def passed(step: tuple[int, ...]) -> list[tuple[NDArray[np.int64], float]]:
     return list(zip(cells, np.diff(edges).tolist(), strict=True))
 
 
-def nearest_cells(part: Part) -> Passing:
+def nearest_cells(part: Part) -> Deposit:
     """The same for other nodes: a place belongs to the nearest node."""
     tree = cKDTree(part.positions)
 
-    def passing(i: NDArray[Any], j: NDArray[Any]) -> Iterator[tuple[Any, NDArray[np.int64], Any]]:
+    def deposit(total: NDArray[np.float64], i: Numbers, j: Numbers, moments: NDArray[np.float64]) -> None:
         start, end = part.positions[i], part.positions[j]
         for k in range(SAMPLES):
-            at = (k + 0.5) / SAMPLES
-            yield slice(None), tree.query(start + at * (end - start))[1], 1.0 / SAMPLES
+            nearest = tree.query(start + (k + 0.5) / SAMPLES * (end - start))[1]
+            np.add.at(total, nearest, moments / SAMPLES)
 
-    return passing
+    return deposit

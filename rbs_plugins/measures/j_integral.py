@@ -19,7 +19,7 @@ from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.fields import j_integral, reference_position, volume
 from rbs_plugins.measures.crack import point, unit_vector
 from rbs_plugins.measures.family import DisplacementGradient, FamilyMeasure, checked_forces
-from rbs_plugins.measures.reaction import part_field
+from rbs_plugins.measures.places import place_for
 from rbs_plugins.measures.stress import require_listed
 
 
@@ -88,7 +88,7 @@ class JIntegral(FamilyMeasure):
         self.direction = unit_vector(self.label, "direction", direction, 2)
         self.inner, self.outer = inner, outer
         self._check_ring()
-        self.field = part_field(self.label, field, "scalar", "J/m^2")
+        self.field = place_for(self.label, field, j_integral)
         self.writes = (field,)
 
     def _check_ring(self) -> None:

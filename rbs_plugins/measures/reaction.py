@@ -10,6 +10,7 @@ from rbs_core import BadInput, Everywhere, Field, Measure, Part, Trigger, always
 from rbs_core.trigger import Clock
 from rbs_plugins.boundary.domain import BoundaryDomain
 from rbs_plugins.fields import force_density, reaction_force, volume
+from rbs_plugins.measures.places import place_for
 
 
 class ReactionForce(Measure):
@@ -35,7 +36,7 @@ class ReactionForce(Measure):
 
     def __init__(self, part: Part, region: Any, *, field: Field = reaction_force, when: Trigger = always) -> None:
         super().__init__(part, when=when)
-        self.field = part_field(self.label, field, "vector", "N")
+        self.field = place_for(self.label, field, reaction_force)
         self.writes = (field,)
         if isinstance(region, BoundaryDomain):
             if region.part is not part:
@@ -51,16 +52,3 @@ class ReactionForce(Measure):
     def apply(self, clock: Clock) -> None:
         forces = self[force_density][self.nodes].astype(np.float64) * self[volume][self.nodes][:, None]
         self[self.field][...] = -forces.sum(axis=0)
-
-
-def part_field(label: str, field: Field, shape: str, unit: str) -> Field:
-    """A field to write a number of the part into.
-
-    Raises:
-        BadInput: if it is none.
-    """
-    if not (isinstance(field, Field) and (field.at, field.shape, field.unit) == ("part", shape, unit)):
-        raise BadInput(
-            f'{label}: field={field!r} must be a field such as Field("name", "part", "{shape}", "{unit}", symbol, doc)'
-        )
-    return field

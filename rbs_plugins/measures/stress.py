@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rbs_core import BadInput, Part, Trigger, always
+from rbs_core import BadInput, Field, Part, Trigger, always
 from rbs_core.relation import Fields
 from rbs_core.trigger import Clock
 from rbs_plugins.constitutive.bond_based import BondBased
@@ -16,8 +16,9 @@ from rbs_plugins.constitutive.bonded import unbreaking
 from rbs_plugins.constitutive.dilatation import precision_of
 from rbs_plugins.constitutive.influence import Influence
 from rbs_plugins.constitutive.pairwise import PairwiseForce
-from rbs_plugins.fields import singular_families, stress, volume
+from rbs_plugins.fields import stress, volume
 from rbs_plugins.measures.family import DisplacementGradient, FamilyMeasure, checked_forces
+from rbs_plugins.measures.places import place_for
 
 KINDS = ("first Piola-Kirchhoff", "Cauchy")
 
@@ -33,7 +34,11 @@ class Stress(FamilyMeasure):
             the plane and reference thickness.
         influence: ω of F, for "Cauchy".
         partial_volume: as of PairwiseForce, of F.
+        field: where to write it; another tensor field of nodes if there are several stresses.
         when: trigger.
+
+    Attributes:
+        singular: for "Cauchy", how many nodes had a singular F at the last look, see Strain.
 
     Raises:
         BadInput: on an unknown kind, or forces that are not on the bonds of the part.
@@ -42,7 +47,7 @@ class Stress(FamilyMeasure):
     of a body without surface ν is the first Piola-Kirchhoff stress (Silling et al. 2007; Lehoucq & Silling 2008), and
     equals the peridynamic stress tensor. It is smaller within a horizon of surfaces and cracks, whose nodes have fewer
     bonds. Collapsed and Cauchy stress follow Sarego (2016, eqs. 4.10 and 4.13); where F is singular (see Strain) F
-    counts as the identity, and such nodes are counted in `singular_families`.
+    counts as the identity.
     """
 
     @staticmethod
@@ -58,6 +63,7 @@ class Stress(FamilyMeasure):
         *,
         influence: Influence | str = "constant",
         partial_volume: str = "none",
+        field: Field = stress,
         when: Trigger = always,
     ) -> None:
         super().__init__(part, influence, partial_volume=partial_volume, when=when)
@@ -66,7 +72,9 @@ class Stress(FamilyMeasure):
         self.kind = kind
         self._forces = checked_forces(self.label, part, forces)
         self._turned = kind == "Cauchy"
-        self.writes = (stress, singular_families) if self._turned else (stress,)
+        self.singular = 0
+        self.field = place_for(self.label, field, stress)
+        self.writes = (field,)
 
     @property
     def reads(self) -> Fields:  # type: ignore[override]
@@ -81,15 +89,15 @@ class Stress(FamilyMeasure):
     def apply(self, clock: Clock) -> None:
         if self._made != self.part.version:
             self.begin(clock)
-        total = np.zeros(self[stress].shape)
+        total = np.zeros(self[self.field].shape)
         for moment in self._moments:
             total += moment.find()
         if self._gradient is not None:
             deformed = self._gradient.find(clock.time, clock.dt) + np.eye(self.part.dimension)
             volumes = np.linalg.det(deformed)[:, None, None]
             total = np.matmul(total, np.swapaxes(deformed, 1, 2)) / np.where(volumes == 0, 1.0, volumes)
-            self[singular_families][...] = self._gradient.singular
-        self[stress][...] = total
+            self.singular = self._gradient.singular
+        self[self.field][...] = total
 
     def items(self) -> int:
         return sum(force.items() for force in self._forces)

@@ -76,7 +76,7 @@ def test_bad_input_is_refused():
         ({"direction": (1, 0), "window": 1}, "window=1 must be"),
         ({"direction": (1, 0), "within": rbs.Nowhere()}, "no node lies in"),
         ({"direction": (1, 0), "start": "left"}, "start='left' must be"),
-        ({"direction": (1, 0), "position": displacement}, "must be a field such as"),
+        ({"direction": (1, 0), "position": displacement}, "must be a field like"),
     ]:
         with pytest.raises(BadInput, match=why):
             CrackTip(part, **given)

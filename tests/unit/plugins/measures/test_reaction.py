@@ -39,5 +39,5 @@ def test_bad_input_is_refused():
         ReactionForce(part, BoundaryDomain(part, rbs.Everywhere(), body_force=(0.0, 1.0)))
     with pytest.raises(BadInput, match="another part"):
         ReactionForce(part, BoundaryDomain(other, rbs.Everywhere(), velocity=(0.0, 1.0)))
-    with pytest.raises(BadInput, match="must be a field such as"):
+    with pytest.raises(BadInput, match="must be a field like"):
         ReactionForce(part, np.arange(3), field=displacement)

@@ -109,7 +109,7 @@ def test_it_turns_with_the_body(dimension):
     (0.1, 3, 1.96, -17.65), (0.1, 5, 0.14, -1.29), (0.2, 3, 2.14, -8.57), (0.4, 5, 0.18, -0.27),
 ])  # fmt: skip
 def test_constants_of_a_plate_from_stress_and_strain(nu, cells, E_error, nu_error):
-    """Sarego (2016, eq. 4.17), recomputed with its rule of volumes: errors of E and ν in percent, plane stress, ω = 1."""
+    """Sarego (2016, eq. 4.17), recomputed by its rule of volumes: errors of E and ν in percent, for ω = 1."""
     part = rbs.Part("plate", rbs.Box(size=(27e-3, 27e-3))).discretize(1e-3)
     part.connect((cells + 0.5) * 1e-3 * (1 - 1e-6))
     part.bonds.horizon = cells * 1e-3
