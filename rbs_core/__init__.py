@@ -65,7 +65,7 @@ from rbs_core.hookspecs import hookimpl
 from rbs_core.part import Bonds, Connection, Neighborhood, Node, Part
 from rbs_core.plugins import registry
 from rbs_core.relation import Boundary, Constitutive, Exporter, Integrator, Measure, Relation
-from rbs_core.report import Report
+from rbs_core.report import Report, configure_logging
 from rbs_core.space import CoordinateSystem, convert, convert_vectors, grids, world
 from rbs_core.trigger import Clock, Trigger, always, at, between, every, last, once, realtime
 
@@ -137,6 +137,7 @@ __all__ = [
     "always",
     "at",
     "between",
+    "configure_logging",
     "convert",
     "convert_vectors",
     "every",

@@ -13,15 +13,19 @@ from typing import ClassVar
 
 from rbs_core import checkpoint
 from rbs_core.contract import Plan, plan
-from rbs_core.errors import BadInput, DishonestRelation, NotFinite
-from rbs_core.honesty import Watch, blamed, check_finite
+from rbs_core.errors import BadInput
+from rbs_core.held import held, require_fields
+from rbs_core.honesty import Watch, blamed
 from rbs_core.interrupt import Interrupt
+from rbs_core.memory import as_text
 from rbs_core.part import Host, Part
 from rbs_core.plugins import registry
 from rbs_core.relation import Relation
-from rbs_core.report import Progress, Report, Row, log
+from rbs_core.report import Progress, Report, log
+from rbs_core.report.levels import FILE_ONLY, TIMING
 from rbs_core.schedule import Call, schedule, with_feeders
 from rbs_core.stability import UNKNOWN_STEP, largest_stable_step
+from rbs_core.steps import Steps
 from rbs_core.trigger import Clock, last_step
 
 
@@ -130,6 +134,7 @@ class Analysis:
         self.plan = plan(self._relations, registry().providers)
         for relation in unique:
             relation.choose_storage()
+        require_fields(self.plan.fields)
         for part, field in self.plan.fields:
             part.raw(field)
         changed = frozenset(self.plan.changed)
@@ -203,10 +208,12 @@ class Analysis:
             checkpoint.load(resume, self, dt)
         self.clock.dt, self.clock.last_step = dt, last
         calls = schedule(self._relations, self.plan.clear, batches=not debug)
-        rows = [Row(call.label) for call in calls]
-        report = self.report = Report(rows, nbytes=self.nbytes)
+        doing = Steps(calls, self.clock)
+        report = self.report = Report(doing.rows, nbytes=self.nbytes)
         report.storages = {host.name: host.bonds.storage for host in self.hosts if host.connected}
+        report.memory = held(self.hosts, self.unique)
         report.prepare_seconds = time.perf_counter() - begin
+        self._tell(report, last)
         hooks = registry().manager.hook
         first = self.clock.step
         begin = time.perf_counter()
@@ -214,17 +221,18 @@ class Analysis:
             hooks.rbs_analysis_started(analysis=self)
             for relation in self.unique:
                 relation.begin(self.clock)
-            watch = Watch(self._relations) if debug else None
+            doing.watch = Watch(self._relations) if debug else None
             if first == 0 < last:
-                self._first_sums(watch)
+                doing.first_sums(self._relations, self.plan)
             begin = time.perf_counter()
-            with Interrupt() as interrupt, Progress(self.title, first, last, progress) as bar:
+            needs = Progress(self.title, first, last, progress, nbytes=report.nbytes, size=self._size())
+            with Interrupt() as interrupt, needs as bar:
                 while self.clock.step < last and not interrupt.asked:
-                    self._step(calls, rows, watch)
+                    doing.do()
                     bar.show(self.clock.step, last)
                 if interrupt.asked:
                     report.stopped = "interrupted"
-                    self._save_now()
+                    self._save_now(doing)
         except BaseException:
             report.stopped = "failed"
             raise
@@ -233,6 +241,7 @@ class Analysis:
             report.step, report.time = self.clock.step, self.clock.time
             report.steps = self.clock.step - first
             self._finish(report)
+            log.log(TIMING, "%s\n%s", report, report.memory_table(), extra=FILE_ONLY)
         return report
 
     def _finish(self, report: Report) -> None:
@@ -248,54 +257,6 @@ class Analysis:
             if failed is None:
                 raise
             log.warning("after the error of the run, closing failed too: %s: %s", type(error).__name__, error)
-
-    def _first_sums(self, watch: Watch | None) -> None:
-        """Makes sums that a step takes over from the step before, once for the initial state (the initial forces).
-
-        What writes the fields that they are made from runs in front of them, e.g. the dilatation of the initial state.
-        """
-        summed = {key for keys in self.plan.clear.values() for key in keys}
-        needed = summed.intersection(self.plan.carried)
-        chosen = []
-        for position, relation in reversed(list(enumerate(self._relations))):
-            made = set(relation.keys("writes", "adds"))
-            if made & needed and relation.when(self.clock):
-                chosen.append((position, relation))
-                needed.update(relation.keys("reads"))
-        for part, field in summed & needed:
-            part.raw(field)[...] = 0
-        for position, relation in reversed(chosen):
-            self._apply(Call(position, [relation]), watch)
-
-    def _step(self, calls: list[Call], rows: list[Row], watch: Watch | None) -> None:
-        clock = self.clock
-        clock.advance()
-        for call, row in zip(calls, rows, strict=True):
-            for array in call.cleared:
-                array.fill(0)
-            if not call.due(clock):
-                continue
-            start = time.perf_counter()
-            self._apply(call, watch)
-            row.seconds += time.perf_counter() - start
-            row.calls += 1
-            row.items += call.items()
-            row.visited += call.visited()
-
-    def _apply(self, call: Call, watch: Watch | None = None) -> None:
-        clock, relation = self.clock, call.relations[0]
-        try:
-            if watch is not None:
-                watch.before(relation)
-            if relation.role == "exporter":
-                check_finite(relation.keys("reads"))
-            with nullcontext() if watch is None else blamed(relation):
-                call.apply(clock)
-            if watch is not None:
-                watch.after(relation)
-        except (NotFinite, DishonestRelation) as error:
-            where = f"step {clock.step} (time {clock.time:.6g} s), relation {call.position} ({call.label})"
-            raise type(error)(f"{where}: {error}") from None
 
     def _wanted_dt(self, dt: float | None, resume: str | Path | None) -> float | None:
         """The step that was asked for: here, by the scene, or by the run that is resumed."""
@@ -317,10 +278,24 @@ class Analysis:
             raise limit.refusal(dt)
         return float(dt)
 
-    def _save_now(self) -> None:
+    def _save_now(self, steps: Steps) -> None:
         for position, relation in enumerate(self._relations):
             if isinstance(relation, checkpoint.Checkpoint):
-                self._apply(Call(position, [relation]))
+                steps.apply(Call(position, [relation]))
+
+    def _size(self) -> str:
+        """What makes the scene large, in words."""
+        bonds = sum(len(host.bonds) for host in self.hosts if host.connected)
+        return f"{sum(len(part) for part in self.parts):,} nodes, {bonds:,} directed bonds"
+
+    def _tell(self, report: Report, last: int) -> None:
+        """Says into files what run begins, and for debugging what is held."""
+        log.info(
+            "%s: from step %d to %d, dt %.6g s, %s, %s",
+            self.title, self.clock.step, last, self.clock.dt, self._size(), as_text(report.nbytes),
+            extra=FILE_ONLY,
+        )  # fmt: skip
+        log.debug("%s\n%s", self.plan, report.memory_table())
 
     def __repr__(self) -> str:
         lines = [f"<Analysis, {len(self._relations)} relations, step {self.clock.step}>"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -117,6 +118,10 @@ class FieldStore:
                 f"{self.owner} holds {held[0]!r}, and {field!r} has the same name but means something else: rename one"
             )
         return held[1]
+
+    def size(self, field: Field) -> int:
+        """Bytes that a field takes here, or would take."""
+        return math.prod(self.shape(field)) * self.dtype(field).itemsize
 
     def raw(self, field: Field) -> NDArray[Any]:
         """What is really held of a field, made if it was not there: the array itself, unless a store packs it."""

@@ -65,7 +65,9 @@ class Watch:
     """
 
     def __init__(self, relations: Sequence[Relation]) -> None:
-        self._parts = [part for part in dict.fromkeys(p for r in relations for p in r.hosts) if part.fields]
+        hosts = dict.fromkeys(host for relation in relations for host in relation.hosts)
+        # bonds that come and go bring their fields with them
+        self._parts = [host for host in hosts if host.fields and not host.searched_again]
         self._before: dict[tuple[Host, Field], NDArray[Any]] = {}
 
     def before(self, relation: Relation) -> None:

@@ -143,6 +143,10 @@ class Relation:
         """Directed bonds that one call works for, for the table of times; 0 if it has no bonds."""
         return 0
 
+    def node_items(self) -> int:
+        """Nodes that one call works for, for the table of times: those of its part, unless it knows better."""
+        return len(self.part) if self.part.version[0] else 0
+
     def visited(self) -> int:
         """Those among them that the last call has looked at: all, unless some have nothing to say."""
         return self.items()

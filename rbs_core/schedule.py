@@ -65,6 +65,10 @@ class Call:
         """Directed bonds that the call works for."""
         return self.relations[0].items() if self.together is None else self._items
 
+    def node_items(self) -> int:
+        """Nodes that the call works for."""
+        return sum(relation.node_items() for relation in self.relations)
+
     def visited(self) -> int:
         """Those that it has looked at: all, of relations that are done together."""
         return self.relations[0].visited() if self.together is None else self._items

@@ -10,14 +10,25 @@ from collections.abc import Iterable
 import rbs_core as rbs
 from rbs_plugins import fields
 from rbs_plugins.boundary.contact import ShortRangeRepulsion
+from rbs_plugins.boundary.damping import ViscousDamping
 from rbs_plugins.boundary.domain import BoundaryDomain
 from rbs_plugins.boundary.motion import Rotation, Translation
 from rbs_plugins.boundary.search import Search
 from rbs_plugins.constitutive.bond_based import BondBased
+from rbs_plugins.constitutive.correspondence import Correspondence
+from rbs_plugins.constitutive.deformation_criteria import (
+    CriticalEquivalentStrain,
+    CriticalShearStrain,
+    CriticalVolumetricStrain,
+    MaximumPrincipalStress,
+)
 from rbs_plugins.constitutive.dilatation import Dilatation
 from rbs_plugins.constitutive.fracture import Criterion, CriticalStretch, Damage
 from rbs_plugins.constitutive.ordinary import OrdinaryStateBased
 from rbs_plugins.constitutive.pairwise import PairwiseForce
+from rbs_plugins.constitutive.softening import BondSoftening
+from rbs_plugins.constitutive.stabilization import SillingControl, WanControl
+from rbs_plugins.constitutive.strength import Weibull
 from rbs_plugins.exporters.animation import AnimationExporter
 from rbs_plugins.exporters.connections import ConnectionExporter
 from rbs_plugins.exporters.crack_path import CrackPath, crack_paths
@@ -42,13 +53,18 @@ from rbs_plugins.measures.stress import Stress
 __all__ = [
     "AnimationExporter",
     "BondBased",
+    "BondSoftening",
     "BoundaryDomain",
     "CSVExporter",
     "ConnectionExporter",
+    "Correspondence",
     "CrackPath",
     "CrackTip",
     "Criterion",
+    "CriticalEquivalentStrain",
+    "CriticalShearStrain",
     "CriticalStretch",
+    "CriticalVolumetricStrain",
     "Damage",
     "Dilatation",
     "Drift",
@@ -57,6 +73,7 @@ __all__ = [
     "JIntegral",
     "Kick",
     "KineticEnergy",
+    "MaximumPrincipalStress",
     "NeighborhoodExporter",
     "OrdinaryStateBased",
     "PairwiseForce",
@@ -66,6 +83,7 @@ __all__ = [
     "Rotation",
     "Search",
     "ShortRangeRepulsion",
+    "SillingControl",
     "Strain",
     "StrainEnergy",
     "Stress",
@@ -75,6 +93,9 @@ __all__ = [
     "VTKExporter",
     "VTKHDFExporter",
     "VelocityVerlet",
+    "ViscousDamping",
+    "WanControl",
+    "Weibull",
     "crack_paths",
     "fields",
     "largest",
@@ -93,6 +114,7 @@ def rbs_relations() -> Iterable[type[rbs.Relation]]:
         PairwiseForce,
         BondBased,
         OrdinaryStateBased,
+        Correspondence,
         Dilatation,
         ShortRangeRepulsion,
         Search,
@@ -100,6 +122,7 @@ def rbs_relations() -> Iterable[type[rbs.Relation]]:
         Kick,
         Drift,
         BoundaryDomain,
+        ViscousDamping,
         Translation,
         Rotation,
         KineticEnergy,

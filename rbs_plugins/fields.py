@@ -27,11 +27,20 @@ peridynamic_stress = Field(
     "node",
     "tensor",
     "Pa",
-    "ν",
+    "ν_k",
     "Stress of all bonds that pass the cell of a node, mean of the cell.",
+)
+plastic_strain = Field(
+    "plastic_strain", "node", "tensor", "1", "ε_p", "Plastic part of the strain, without change of volume."
+)
+equivalent_plastic_strain = Field(
+    "equivalent_plastic_strain", "node", "scalar", "1", "α", "Length of the path of the plastic strain, times √(2/3)."
 )
 breakable = Field(
     "breakable", "bond", "scalar", "1", "b", "1 where the bond may break, 0 in a no-fail zone.", "uint8", 1
+)
+critical_stretch = Field(
+    "critical_stretch", "node", "scalar", "1", "s0", "Stretch beyond which the bonds of the node fail."
 )
 volume_fraction = Field(
     "volume_fraction",
@@ -42,6 +51,7 @@ volume_fraction = Field(
     "Share of the neighbor's cell that lies within the horizon.",
     initial=1,
 )
+largest_stretch = Field("largest_stretch", "bond", "scalar", "1", "s_max", "Largest stretch that the bond has had.")
 contact_distance = Field(
     "contact_distance", "bond", "scalar", "m", "d", "Distance of two nodes below which they repel each other."
 )
@@ -76,6 +86,9 @@ dilatational_modulus = Field(
 kinetic_energy = Field("kinetic_energy", "part", "scalar", "J", "T", "Kinetic energy of the part.")
 strain_energy = Field("strain_energy", "part", "scalar", "J", "U", "Energy in the intact bonds of the part.")
 external_work = Field("external_work", "part", "scalar", "J", "A", "Work that boundary domains have done on the part.")
+viscous_dissipation = Field(
+    "viscous_dissipation", "part", "scalar", "J", "Ψ", "Energy that viscous damping has taken from the part."
+)
 fracture_dissipation = Field(
     "fracture_dissipation", "part", "scalar", "J", "Φ", "Energy that the bonds held when they broke."
 )
@@ -101,8 +114,12 @@ VOCABULARY = (
     strain,
     stress,
     peridynamic_stress,
+    plastic_strain,
+    equivalent_plastic_strain,
+    critical_stretch,
     breakable,
     volume_fraction,
+    largest_stretch,
     contact_distance,
     influence,
     inverse_weighted_volume,
@@ -112,6 +129,7 @@ VOCABULARY = (
     kinetic_energy,
     strain_energy,
     external_work,
+    viscous_dissipation,
     fracture_dissipation,
     singular_families,
     reaction_force,

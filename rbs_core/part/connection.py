@@ -71,7 +71,10 @@ class Connection(Host):
             raise BadInput(f"connection '{self.name}': within one part, both ends of a bond feel it: leave both out")
         self.horizon, self._where, self._both = horizon, where, both
         self.dimension, self.precision = part.dimension, "double"
-        self.thickness, self.area, self.spacing = part.thickness, part.area, part.spacing
+        one, two = self.ends[0], self.ends[-1]
+        self.thickness = one.thickness if one.thickness == two.thickness else None
+        self.area = one.area if one.area == two.area else None
+        self.spacing = part.spacing
         self._made = 0
         self._again = False
         self._values = FieldStore(f"connection '{self.name}'", "part", None, part.dimension)

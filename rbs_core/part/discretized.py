@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from rbs_core.errors import BadInput, MissingField
 from rbs_core.fields import FieldStore, reference_position, volume
 from rbs_core.geometry import Geometry
+from rbs_core.part.estimate import require_points
 from rbs_core.part.host import Host
 from rbs_core.part.neighborhoods import Bonds
 from rbs_core.part.regions import NodeSets, Region, nodes_in
@@ -45,12 +46,13 @@ class Discretized(Host):
 
         Raises:
             BadInput: on a spacing that is not positive, an unbounded geometry, a grid or an argument of another
-                dimension, or if no point lies in the geometry.
+                dimension, if no point lies in the geometry, or if the grid does not fit into memory.
         """
         across = self._across(thickness, area)
         cells = spacing if isinstance(spacing, Cells) else uniform(*self.geometry.bounds, spacing)
         if cells.dimension != self.dimension:
             raise BadInput(f"part '{self.name}' is {self.dimension}-D, but the grid has {cells.dimension}: {cells!r}")
+        require_points(self.name, len(cells), self.dimension)
         points = cells.points()
         inside = self.geometry.contains(points)
         if not inside.any():

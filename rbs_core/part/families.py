@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rbs_core.errors import BadInput
+from rbs_core.part.estimate import require_lattice, require_rows
 from rbs_core.part.lattice import Lattice
 from rbs_core.part.rows import Rows
-from rbs_core.part.storage import Crosses, Storage
+from rbs_core.part.storage import TOLERANCE, Crosses, Storage
 from rbs_core.space import Grid
 
 Predicate = Callable[[NDArray[np.float64], NDArray[np.float64]], ArrayLike]
@@ -23,22 +24,23 @@ def families(
     owner: str,
     positions: NDArray[np.float64],
     place: tuple[Grid | None, NDArray[np.int64] | None],
-    horizon: float,
+    reach: float,
     storage: str | None,
     real: str,
 ) -> Storage:
-    """The bonds of all nodes to all others within the horizon.
+    """The bonds of all nodes to all others within reach.
 
     Args:
         owner: name of the part, for messages.
         positions: (n, d), m.
         place: the grid that the nodes were laid on, None for nodes from elsewhere, and their cells in it, None for all.
-        horizon: m.
+        reach: radius within which nodes are bonded, m.
         storage: "list", "lattice", or None for what suits the nodes.
         real: type of bond fields of real numbers.
 
     Raises:
-        BadInput: on an unknown storage, a lattice for nodes that are not on a grid, or two nodes at one place.
+        BadInput: on an unknown storage, a lattice for nodes that are not on a grid, two nodes at one place, or bonds
+            that do not fit into memory.
     """
     if storage not in (*STORAGES, None):
         raise BadInput(f"part '{owner}': storage={storage!r} must be one of {', '.join(STORAGES)} or None")
@@ -51,17 +53,21 @@ def families(
                 f"part '{owner}': its nodes are not those of a regular grid, which storage='lattice' needs: use "
                 "part.discretize, or storage='list'"
             )
-        return _of_cloud(owner, positions, horizon, real)
+        return _of_cloud(owner, positions, reach, real)
     if storage == "lattice" or (storage is None and len(cells) >= FILLED * len(grid)):
-        return Lattice(owner, positions, cells, grid.shape, grid.spacing, horizon, real)
+        require_lattice(owner, grid.shape, reach / grid.spacing * (1 + TOLERANCE))
+        return Lattice(owner, positions, cells, grid.shape, grid.spacing, reach, real)
     from rbs_core.part import search  # numba is loaded when first needed, not by the import of the package
 
-    return Rows(owner, positions, search.lattice_rows(positions, cells, grid.shape, grid.spacing, horizon), real)
+    require_rows(owner, positions, reach)
+    rows = search.lattice_rows(positions, cells, grid.shape, grid.spacing, reach)
+    return Rows(owner, positions, rows, real)
 
 
 def _of_cloud(owner: str, positions: NDArray[np.float64], horizon: float, real: str) -> Rows:
     from rbs_core.part import search
 
+    require_rows(owner, positions, horizon)
     rows = search.cloud_rows(positions, horizon)
     together = np.flatnonzero(~np.isfinite(rows[2]))
     if len(together):

@@ -8,7 +8,7 @@ only bits; a step across an edge of the grid lands on some other cell, and its b
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from rbs_core.errors import BadInput
 from rbs_core.fields import Field, FieldStore, intact
-from rbs_core.part.storage import TOLERANCE, Crosses, Storage
+from rbs_core.part.reach import half_steps
+from rbs_core.part.storage import TOLERANCE, Crosses, Of, Storage
 
 Bits = NDArray[Any]
 # Cells that loops take at once: they may go so far beyond the last cell, where there are no bonds.
@@ -32,7 +33,7 @@ class Lattice(Storage):
         cells: (n,) ascending numbers (x fastest) of the cells that hold nodes.
         shape: cells per axis.
         spacing: of the grid, m.
-        horizon: radius of a family, m; widened by one part in 1e9, as in the search for rows.
+        reach: radius within which nodes are bonded, m; widened by one part in 1e9, as in the search for rows.
         real: type of bond fields of real numbers.
 
     Attributes:
@@ -54,11 +55,11 @@ class Lattice(Storage):
         cells: NDArray[np.int64],
         shape: tuple[int, ...],
         spacing: float,
-        horizon: float,
+        reach: float,
         real: str = "float64",
     ) -> None:
         self._positions, self.spacing, self.shape = positions, spacing, shape
-        self.vectors, self.steps = _half_steps(shape, horizon / spacing * (1 + TOLERANCE))
+        self.vectors, self.steps = half_steps(shape, reach / spacing * (1 + TOLERANCE))
         longest = int(self.steps[-1]) if len(self.steps) else 0
         self.margin = -(-(longest + AT_ONCE) // AT_ONCE) * AT_ONCE
         count = int(np.prod(shape))
@@ -176,8 +177,8 @@ class Lattice(Storage):
             )
         return bits
 
-    def tabulate(self, field: Field, function: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> None:
-        self.fields.hold(field, np.asarray(function(self.lengths), self.fields.dtype(field)))
+    def tabulate(self, field: Field, function: Of) -> None:
+        self.fields.hold(field, function(self.spacing * self.vectors.astype(float)).astype(self.fields.dtype(field)))
 
     def cut(self, crosses: Crosses, near: NDArray[np.bool_]) -> tuple[int, int]:
         holds, crossing = self.fields.raw(intact), self._crossing(crosses, near)
@@ -245,6 +246,10 @@ class LatticeFields(FieldStore):
 
     def shape(self, field: Field) -> tuple[int, ...]:
         return (len(self._lattice), *field.entry(self.dimension))
+
+    def size(self, field: Field) -> int:
+        type_ = self.dtype(field)
+        return self._lattice.present.nbytes if type_ == np.uint8 else len(self._lattice.steps) * type_.itemsize
 
     def raw(self, field: Field) -> NDArray[Any]:
         """(words, size) bits of a field of the type uint8, (h,) one value per step of any other.
@@ -334,17 +339,3 @@ class LatticeFields(FieldStore):
             f"{self.owner} stores its bonds as lattice, which holds scalars that are 0 or 1, the same from both ends, "
             f"or alike for all bonds of a step; '{field.name}' is not: part.connect(horizon, storage='list') holds it"
         )
-
-
-def _half_steps(shape: tuple[int, ...], ratio: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Vectors (h, d) within the horizon, and their distances in cell numbers, positive and ascending."""
-    # no further than the grid is long, so that a huge horizon (metres for millimetres) costs no memory
-    axes = [np.arange(-int(min(ratio, n - 1)), int(min(ratio, n - 1)) + 1) for n in shape]
-    vectors = np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
-    vectors = vectors[(vectors**2).sum(axis=1) <= ratio**2]
-    # of two opposite vectors the one whose last component that is not zero is positive
-    place = np.array([1, *np.cumprod(2 * np.array(shape[:-1], np.int64) + 1)], np.int64)
-    vectors = vectors[vectors @ place > 0]
-    steps = vectors @ np.array([1, *np.cumprod(shape[:-1])], np.int64)
-    order = np.argsort(steps, kind="stable")
-    return vectors[order], steps[order]

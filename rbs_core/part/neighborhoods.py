@@ -7,7 +7,7 @@ per bond (`Lattice`) for regular grids. Only loops over bonds look behind it, at
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -16,9 +16,11 @@ from numpy.typing import ArrayLike, NDArray
 from rbs_core.errors import BadInput
 from rbs_core.fields import Field, FieldStore, intact
 from rbs_core.geometry import Geometry, Surface
+from rbs_core.memory import require_memory
+from rbs_core.part.estimate import CONVERTED
 from rbs_core.part.lattice import Lattice, LatticeFields
 from rbs_core.part.rows import Rows
-from rbs_core.part.storage import Crosses, Storage
+from rbs_core.part.storage import Crosses, Of, Storage
 
 Crossing = Surface | Crosses
 NO_CROSSING = "no bond crosses it; check where it lies, in the local coordinates of the part (m)"
@@ -33,15 +35,23 @@ class Bonds:
         horizon: radius of a family, m.
         stored: the representation.
         chosen: whether the user has chosen it; otherwise a lattice becomes a list where a scene needs one.
+        reach: radius within which nodes are bonded, m; the horizon if not given.
 
     Attributes:
-        positions, horizon, stored, chosen: as given.
+        positions, horizon, stored, chosen, reach: as given.
     """
 
     def __init__(
-        self, owner: str, positions: NDArray[np.float64], horizon: float, stored: Storage, chosen: bool = False
+        self,
+        owner: str,
+        positions: NDArray[np.float64],
+        horizon: float,
+        stored: Storage,
+        chosen: bool = False,
+        reach: float | None = None,
     ) -> None:
         self.horizon, self.stored, self.chosen = horizon, stored, chosen
+        self.reach = horizon if reach is None else reach
         self._owner, self.positions = owner, positions
         self._first: NDArray[np.int64] | None = None
 
@@ -56,7 +66,8 @@ class Bonds:
 
     def __repr__(self) -> str:
         nodes = len(self.positions)
-        return f"<{len(self)} directed bonds of {nodes} nodes, horizon {self.horizon:g} m, stored as {self.storage}>"
+        radius = f"horizon {self.horizon:g} m" + (f", reach {self.reach:g} m" if self.reach > self.horizon else "")
+        return f"<{len(self)} directed bonds of {nodes} nodes, {radius}, stored as {self.storage}>"
 
     @property
     def storage(self) -> str:
@@ -120,8 +131,8 @@ class Bonds:
         """Sets a bond field of the type uint8 to 1 for bonds with both ends in a geometry or mask (n,), else to 0."""
         self.stored.mark(field, region.contains(self.positions) if isinstance(region, Geometry) else region)
 
-    def tabulate(self, field: Field, function: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> None:
-        """Sets a bond field to a function of the reference lengths, m."""
+    def tabulate(self, field: Field, function: Of) -> None:
+        """Sets a bond field to a function of the reference bonds ξ, (k, d) -> (k,), m; called several times."""
         self.stored.tabulate(field, function)
 
     def cut(self, surface: Crossing) -> int:
@@ -167,7 +178,7 @@ class Bonds:
             largest = max(float(np.abs(self.positions).max()), float(np.max(ends, initial=0.0, where=ends < np.inf)))
             # surfaces reach beyond their bounds by their tolerance, and somewhat more is searched; that of infinite
             # ones is a part of the length of the bond
-            reach = self.horizon * (1 + 1e-5) + 1e-8 * float(np.max(sizes, initial=0.0, where=sizes < np.inf))
+            reach = self.reach * (1 + 1e-5) + 1e-8 * float(np.max(sizes, initial=0.0, where=sizes < np.inf))
             reach += 1e-14 * largest
             above, below = self.positions >= low - reach, self.positions <= high + reach
             near = np.asarray((above & below).all(axis=1))
@@ -179,7 +190,7 @@ class Bonds:
         """Becomes a list, for somebody who can work with nothing else; what is held is kept.
 
         Raises:
-            BadInput: if the user has chosen the lattice.
+            BadInput: if the user has chosen the lattice, or the list does not fit into memory.
         """
         if not isinstance(self.stored, Lattice):
             return
@@ -189,6 +200,11 @@ class Bonds:
                 "part.connect(horizon, storage='list'), or leave storage out"
             )
         lattice = self.stored
+        require_memory(
+            float(CONVERTED * len(lattice)),
+            f"part '{self._owner}': its bonds as list, for {who}",
+            "use relations that can work with a lattice, take a smaller horizon or a larger spacing",
+        )
         rows = (*lattice.as_rows(), lattice.inverse_lengths())
         self.stored = Rows(self._owner, self.positions, rows, lattice.fields.real)
         for field in lattice.fields:

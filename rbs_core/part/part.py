@@ -184,11 +184,22 @@ class Part(Discretized):
 
     # -- bonds ------------------------------------------------------------------------------------------------------
 
-    def connect(self, horizon: float, *, storage: str | None = None, where: Predicate | None = None) -> Self:
+    def connect(
+        self,
+        horizon: float,
+        *,
+        reach: float | None = None,
+        storage: str | None = None,
+        where: Predicate | None = None,
+    ) -> Self:
         """Searches the families: every node is bonded to all others within the horizon.
 
         Args:
-            horizon: radius of a family, m. Nodes on it up to one part in 1e9 belong to the family.
+            horizon: radius δ of a family, m, of which the constants of materials are made. Nodes on it up to one part
+                in 1e9 belong to the family.
+            reach: bonds to nodes up to so far away, m; the horizon if not given. A partial volume counts a neighbor
+                with the share of its cell that lies within the horizon, and some of these have their middle beyond it:
+                up to half a spacing for the linear band, up to half a diagonal of a cell for whole cells.
             storage: "list" (a row of neighbors for each node), "lattice" (one bit per bond, for nodes on a regular
                 grid: several times faster and smaller), or None: a lattice where the nodes fill enough of a grid, as
                 long as no relation of the scene needs a list.
@@ -196,9 +207,10 @@ class Part(Discretized):
                 not True; it must say the same of both directions of a bond.
 
         Raises:
-            BadInput: if the horizon is not positive, or below the spacing so that nobody has a neighbor; on an unknown
-                storage, or a lattice for nodes that are not on a grid; if `where` does not return one truth value per
-                bond, or not the same for the way back.
+            BadInput: if the horizon is not positive, or below the spacing so that nobody has a neighbor; on a reach
+                below the horizon, an unknown storage, or a lattice for nodes that are not on a grid; before bonds are
+                made, if they do not fit into memory; if `where` does not return one truth value per bond, or not the
+                same for the way back.
 
         Warns:
             UserWarning: with number and first positions, if some nodes have no neighbor.
@@ -211,12 +223,15 @@ class Part(Discretized):
                 f"part '{self.name}': the horizon {horizon:g} m is below the spacing {self.spacing:g} m, so nodes "
                 "would have no neighbors: a horizon of about 3 spacings is usual"
             )
-        stored = families(self.name, positions, (self.grid, self._cells), float(horizon), storage, self._real)
+        radius = float(horizon if reach is None else reach)
+        if not (np.isfinite(radius) and radius >= horizon):
+            raise BadInput(f"part '{self.name}': reach={reach} must be finite, and not below the horizon {horizon:g} m")
+        stored = families(self.name, positions, (self.grid, self._cells), radius, storage, self._real)
         if where is not None:
             stored.remove(left_out(self.name, where), np.ones(len(positions), np.bool_))
         positions.flags.writeable = False  # the bonds hold lengths that were measured here
         self._made = (self._made[0], self._made[1] + 1)
-        self._bonds = Bonds(self.name, positions, float(horizon), stored, chosen=storage is not None)
+        self._bonds = Bonds(self.name, positions, float(horizon), stored, storage is not None, radius)
         self._warn_of_lonely_nodes()
         return self
 

@@ -6,14 +6,14 @@ sum is fixed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rbs_core.fields import Field, FieldStore, intact
-from rbs_core.part.storage import Crosses, Storage
+from rbs_core.part.storage import Crosses, Of, Storage
 
 _CHUNK = 1 << 20
 
@@ -62,8 +62,19 @@ class Rows(Storage):
     def mark(self, field: Field, inside: NDArray[np.bool_]) -> None:
         self.fields.set(field, np.repeat(inside, np.diff(self._offsets)) & inside[self._neighbors])
 
-    def tabulate(self, field: Field, function: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> None:
-        self.fields.set(field, function(1.0 / self.inverse))
+    def tabulate(self, field: Field, function: Of) -> None:
+        values = np.empty(len(self))
+        for run, _, _, vectors in self.runs():
+            values[run] = function(vectors)
+        self.fields.set(field, values)
+
+    def runs(self) -> Iterator[tuple[slice, NDArray[np.int64], NDArray[np.uint32], NDArray[np.float64]]]:
+        """The bonds in pieces that fit into memory: which they are, their nodes, neighbors, and ξ (k, d), m."""
+        for begin in range(0, len(self), _CHUNK):
+            run = slice(begin, min(begin + _CHUNK, len(self)))
+            nodes = np.searchsorted(self._offsets, np.arange(run.start, run.stop), side="right") - 1
+            others = self._neighbors[run]
+            yield run, nodes, others, self._positions[others] - self._positions[nodes]
 
     def cut(self, crosses: Crosses, near: NDArray[np.bool_]) -> tuple[int, int]:
         broken = crossing = 0

@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
+from rbs_core.part.estimate import require_bonds
 from rbs_core.part.storage import TOLERANCE
 
 Rows = tuple[NDArray[np.int64], NDArray[np.uint32], NDArray[np.float64]]
@@ -78,6 +79,7 @@ def _count_then_fill(nodes: int, search: Any, arguments: tuple[Any, ...]) -> Row
     offsets = np.zeros(nodes + 1, np.int64)
     search(*arguments, offsets, np.empty(0, np.uint32), np.empty(0))
     np.cumsum(offsets, out=offsets)
+    require_bonds(int(offsets[-1]))
     neighbors, lengths = np.empty(offsets[-1], np.uint32), np.empty(offsets[-1])
     search(*arguments, offsets, neighbors, lengths)
     return offsets, neighbors, lengths

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rbs_core.fields import Field, FieldStore
 
 TOLERANCE = 1e-9  # of a horizon: nodes on it belong to the family in every direction alike
+Of = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 Crosses = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.bool_]]
 
 
@@ -51,8 +52,8 @@ class Storage(ABC):
         """Sets a bond field of the type uint8 to 1 where both ends are inside (n,), to 0 elsewhere."""
 
     @abstractmethod
-    def tabulate(self, field: Field, function: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> None:
-        """Sets a bond field to a function of the reference length, m."""
+    def tabulate(self, field: Field, function: Of) -> None:
+        """Sets a bond field to a function of the reference bonds ξ, (k, d) -> (k,), m."""
 
     @abstractmethod
     def cut(self, crosses: Crosses, near: NDArray[np.bool_]) -> tuple[int, int]:

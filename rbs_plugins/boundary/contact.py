@@ -39,8 +39,9 @@ class ShortRangeRepulsion(PairwiseForce):
         other: the other one; None for the nodes of one part: faces of a crack that close, fragments that meet.
         stiffness: k of the pairwise force k (|y|/d − 1), N/m^6. About 15 c of the softer material is usual (Parks et
             al. 2008, with c the micromodulus of a bond-based one).
-        distance: d, m; the mean spacing of the two parts if not given. Within one part, nodes that are nearer to each
-            other at rest do so at that distance, so that nothing is pushed when nothing has moved.
+        distance: d, m; the mean spacing of the two parts if not given. Nodes of one part that are nearer to each other
+            when they are first found without a bond repel each other from that distance on, so that nothing is pushed
+            at once: neither at rest, nor when a bond between two near nodes has broken.
         skin: nodes are looked at as soon as they are nearer than d + skin, m; half of d if not given. A larger one
             means fewer searches of more pairs; results are the same but for round-off.
         search: within one part, when to search at least, if bonds have broken: until then these nodes do not repel
@@ -140,8 +141,9 @@ class ShortRangeRepulsion(PairwiseForce):
             self._room = max(self.skin, self._travels[0].gap(self._travels[1]) - self.distance)
         else:
             pairs = self._free(pairs_among(places[0], reach))
+        known = self._pair.pairs, self._distances()
         self._pair.take(pairs, [travel.seen for travel in self._travels])
-        self._set_distances()
+        self._set_distances(*known)
 
     def _free(self, pairs: Pairs) -> Pairs:
         """Those that no bond holds."""
@@ -150,15 +152,30 @@ class ShortRangeRepulsion(PairwiseForce):
         self._held = self.part.raw(intact).copy()
         return pairs[~self.part.bonds.holds(*pairs.T)]
 
-    def _set_distances(self) -> None:
-        found: Any = self.distance
-        if len(self.ends) == 1:
-            offsets, neighbors = self._pair.bonds.as_rows()
-            start = self.part.positions[self._pair.nodes[0]]
-            rest = np.linalg.norm(
-                start[neighbors.astype(np.int64)] - np.repeat(start, np.diff(offsets), axis=0), axis=1
-            )
-            found = np.minimum(rest, self.distance)
+    def _distances(self) -> NDArray[np.float64]:
+        """(k,) contact distance of the pairs, of one part, m."""
+        starts, ends = self._directed()
+        return self._pair.raw(contact_distance)[starts < ends]
+
+    def _directed(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Start and end of each directed bond, as nodes of the connection."""
+        offsets, neighbors = self._pair.bonds.as_rows()
+        return np.repeat(np.arange(len(self._pair)), np.diff(offsets)), neighbors.astype(np.int64)
+
+    def _set_distances(self, pairs: Pairs, distances: NDArray[np.float64]) -> None:
+        """The distance d; of one part, for pairs that are known what they had, for new ones no more than they have."""
+        if len(self.ends) == 2:
+            self._pair[contact_distance] = self.distance
+            return
+        found = np.minimum(self._pair.bonds.lengths, self.distance)
+        starts, ends = (self._pair.nodes[0][each] for each in self._directed())
+        count = len(self.part)
+        old = pairs[:, 0] * count + pairs[:, 1]
+        now = np.minimum(starts, ends) * count + np.maximum(starts, ends)
+        place = np.minimum(np.searchsorted(old, now), max(len(old) - 1, 0))
+        if len(old):
+            known = old[place] == now
+            found[known] = distances[place[known]]
         self._pair[contact_distance] = found
 
     def state(self) -> dict[str, Any]:

@@ -98,6 +98,9 @@ class BoundaryDomain(Boundary):
         """The parameters, the nodes that were found and what is prescribed on them at a few times."""
         return {**self.parameters, "nodes": self.nodes, "values": self._digest}
 
+    def node_items(self) -> int:
+        return len(self.nodes)
+
     def reset(self) -> None:
         self._step = -1
         self._before: dict[str, NDArray[np.float64]] = {}

@@ -32,8 +32,8 @@ class Search(Relation):
         BadInput: if the connection was given pairs of nodes.
 
     New bonds have the length at which they are found, and are intact: one that had broken may be found again. Whoever
-    wants others (bonds that last, contact) writes a relation of a few lines that calls `connection.search` or
-    `connection.take` itself.
+    wants others (contact, bonds that form under a condition) writes a relation of a few lines that calls
+    `connection.search` or `connection.take` itself.
     """
 
     stays = True

@@ -17,12 +17,12 @@ POISSON = {"stress": 1 / 3, "strain": 1 / 4, "3-D": 1 / 4}
 POISSON_TOLERANCE = 5e-3
 
 
-def linear(stretch, c):
+def proportional(stretch, c):
     """Pairwise force of the prototype microelastic brittle material (Silling & Askari 2005, eq. 11)."""
     return c * stretch
 
 
-def linear_potential(stretch, reference_length, c):
+def proportional_potential(stretch, reference_length, c):
     """Its micropotential w = c s^2 |ξ| / 2 (Silling & Askari 2005, eq. 12)."""
     return 0.5 * c * stretch * stretch * reference_length
 
@@ -67,7 +67,9 @@ class BondBased(PairwiseForce):
         nu: Poisson's ratio, only checked: a pair potential has 1/4 (3-D, plane strain) or 1/3 (plane stress).
         plane: "stress" (default) or "strain", 2-D parts only.
         c: the micromodulus itself, N/m^6.
-        partial_volume: "none" or "linear".
+        partial_volume: "none", "linear" or "exact", see PairwiseForce.
+        surface_correction: "none", "volume", "force density" or "energy", see SurfaceCorrection.
+        linear: small displacements, see PairwiseForce.
         active: whether nodes that nothing has reached are skipped, see PairwiseForce.
         **parameters: numbers that law and criterion ask for, see PairwiseForce.
 
@@ -75,8 +77,8 @@ class BondBased(PairwiseForce):
         BadInput: on a modulus that is not positive, too many or no moduli, or a Poisson's ratio it cannot have.
     """
 
-    law = staticmethod(linear)
-    potential: Any = staticmethod(linear_potential)
+    law = staticmethod(proportional)
+    potential: Any = staticmethod(proportional_potential)
     own_parameters = ("c",)
     example = {"E": 1e9}
 
@@ -91,6 +93,8 @@ class BondBased(PairwiseForce):
         plane: str | None = None,
         c: float | None = None,
         partial_volume: str = "none",
+        surface_correction: str = "none",
+        linear: bool = False,
         active: bool | None = None,
         when: Trigger = always,
         **parameters: float,
@@ -99,19 +103,20 @@ class BondBased(PairwiseForce):
         require_bonds(name, part)
         self.case = plane_of(name, part, plane)
         self.E, self.horizon = _young(name, self.case, E, K, nu, c), part.bonds.horizon
-        across = part.thickness or part.area or 1.0
         if c is None:
             assert self.E is not None
-            c = micromodulus(self.E, self.horizon, self.case, across)
+            c = micromodulus(self.E, self.horizon, self.case, across_of(name, part))
         self.c = c
-        law_is_linear = type(self).law is linear
-        potential = None if type(self).potential is linear_potential and not law_is_linear else type(self).potential
+        own_law = type(self).law is not proportional
+        potential = None if own_law and type(self).potential is proportional_potential else type(self).potential
         super().__init__(
             part,
             type(self).law,
             fracture,
             potential=potential,
             partial_volume=partial_volume,
+            surface_correction=surface_correction,
+            linear=linear,
             active=active,
             when=when,
             c=c,
@@ -122,7 +127,7 @@ class BondBased(PairwiseForce):
         """Critical stretch of the linear material for a fracture energy G0, J/m^2."""
         if self.E is None:
             raise BadInput(f"{type(self).__name__}: a fracture energy needs E or K, not only the micromodulus c")
-        if type(self).law is not linear:
+        if type(self).law is not proportional:
             raise BadInput(f"{type(self).__name__}: the formula for fracture energy holds for f = c s: give s0 instead")
         return critical_stretch(fracture_energy, self.E, self.horizon, self.case)
 
@@ -136,6 +141,23 @@ def plane_of(name: str, part: Host, plane: str | None) -> str:
     if plane is not None and (part.dimension != 2 or plane not in ("stress", "strain")):
         raise BadInput(f"{name}: plane={plane!r} must be 'stress' or 'strain', and only for 2-D parts")
     return {1: "1-D", 2: plane or "stress", 3: "3-D"}[part.dimension]
+
+
+def across_of(name: str, host: Host) -> float:
+    """Thickness of a 2-D part, area of a 1-D one, 1 in 3-D.
+
+    Raises:
+        BadInput: on a connection of two parts that differ in it.
+    """
+    ends = host.ends if isinstance(host, Connection) else (host,)
+    sizes = {end.thickness or end.area or 1.0 for end in ends}
+    if len(sizes) > 1:
+        what = "thickness" if host.dimension == 2 else "area"
+        raise BadInput(
+            f"{name} '{host.name}': the parts differ in {what} ({', '.join(f'{s:g}' for s in sorted(sizes))}), so a "
+            "modulus gives no micromodulus: give c= itself, or a PairwiseForce"
+        )
+    return float(sizes.pop())
 
 
 def _young(name: str, case: str, E: float | None, K: float | None, nu: float | None, c: float | None) -> float | None:

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rbs_core import BadInput, Constitutive, Field, Part, Trigger, always
+from rbs_core import BadInput, Constitutive, Field, NotFinite, Part, Trigger, always
+from rbs_core.honesty import not_finite
 from rbs_core.part import Connection, Host, Lattice
 from rbs_core.relation import Fields
 from rbs_plugins.fields import displacement, force_density, intact, reference_position, volume
-from rbs_plugins.loops import machine, roots
+from rbs_plugins.loops import machine, roots, surface
 from rbs_plugins.loops.joint import JointLoops
 from rbs_plugins.loops.lattice import LatticeLoops
 from rbs_plugins.loops.recipe import Recipe
@@ -26,7 +27,7 @@ BondLoops = RowLoops | LatticeLoops | JointLoops
 def unbreaking(recipe: Recipe, **changes: Any) -> Recipe:
     """A recipe for other sums over the same bonds, in which nothing fails."""
     return replace(
-        recipe, criterion=None, criterion_arguments=(), potential=None, potential_arguments=(), release=None,
+        recipe, criterion=None, criterion_arguments=(), potential=None, potential_arguments=(), freed=None,
         breakable=False, dissipation=False, late=False, **changes,
     )  # fmt: skip
 
@@ -97,6 +98,10 @@ class BondRelation(Constitutive):
         values = {self.constant((end, field)) for end in self.ends}
         return values.pop() if len(values) == 1 else None
 
+    def end_factors(self) -> NDArray[np.float64]:
+        """(n, q) what the ends of bonds contribute to their factor, for recipes with a surface correction."""
+        raise NotImplementedError
+
     # -- loops ------------------------------------------------------------------------------------------------------
 
     def processor(self) -> dict[str, Any]:
@@ -159,6 +164,8 @@ class BondRelation(Constitutive):
         if isinstance(self.host, Connection):
             return JointLoops(recipe, self.host, arrays, others, changing)
         inputs = {**{name: array[0] for name, array in arrays.items()}, **others}
+        if recipe.surface:
+            inputs |= surface.inputs(recipe, stored, self.end_factors())
         if isinstance(stored, Lattice):
             return LatticeLoops(recipe, self.host, inputs, why is None and active is not False, changing)
         return RowLoops(recipe, self.host, inputs)
@@ -182,3 +189,11 @@ class BondRelation(Constitutive):
                 if not np.isfinite(self[end, field]).all():
                     return end, field, self[end, field]
         return None
+
+    def blame(self) -> NotFinite:
+        """The error that names what is not finite."""
+        found = self.forces_are_finite()
+        if found is not None:
+            part, field, array = found
+            return not_finite(part, field.name, array)
+        return NotFinite(f"the forces of '{self.host.name}' overflow: look at the loads and the time step")

@@ -53,6 +53,7 @@ class Dilatation(BondRelation):
         weighted_volume: m over the bonds that were there at the "initial" state, cut ones among them; over those that
             are "intact", found anew when bonds break; or of the "full" family, the integral over the whole ball.
         partial_volume: as of PairwiseForce.
+        linear: small displacements, see PairwiseForce.
         within: the dilatations of the two parts, for a connection.
         when: trigger.
 
@@ -75,6 +76,7 @@ class Dilatation(BondRelation):
         *,
         weighted_volume: str = "initial",
         partial_volume: str = "none",
+        linear: bool = False,
         within: Sequence[Dilatation] = (),
         when: Trigger = always,
     ) -> None:
@@ -82,7 +84,7 @@ class Dilatation(BondRelation):
         if weighted_volume not in WEIGHTED_VOLUMES:
             known = ", ".join(WEIGHTED_VOLUMES)
             raise BadInput(f"{self.label}: weighted_volume={weighted_volume!r} must be one of {known}")
-        self.influence, self.rule = influence, weighted_volume
+        self.influence, self.rule, self._linear = influence, weighted_volume, linear
         self.adds = self.at_nodes(dilatation)
         self._fraction = set_partial_volume(part, partial_volume)
         self.given = set_influence(part, influence, self.label)
@@ -147,7 +149,7 @@ class Dilatation(BondRelation):
 
     def _recipe(self, law: Callable[..., Any], arguments: tuple[Any, ...], broken: bool) -> Recipe:
         return Recipe(
-            law=law, law_arguments=arguments, sums="total", intact=broken, fraction=self._fraction,
+            law=law, law_arguments=arguments, sums="total", linear=self._linear, intact=broken, fraction=self._fraction,
             uniform=self.uniform(volume) is not None, scales=("inverse_weighted_volume", "influence"),
             **self.processor(),
         )  # fmt: skip

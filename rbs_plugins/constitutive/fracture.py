@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from rbs_core import BadInput, Geometry, Measure, Part
+from rbs_core import BadInput, Connection, Field, Geometry, Measure, Part, Trigger, always
 from rbs_core.part import Host
+from rbs_core.relation import Fields
 from rbs_core.trigger import Clock
-from rbs_plugins.fields import breakable, damage, intact, volume
-from rbs_plugins.loops.damage import damage_loops
+from rbs_plugins.constitutive.bonded import require_bonds
+from rbs_plugins.constitutive.strength import GRADED, is_graded, set_limits
+from rbs_plugins.fields import breakable, critical_stretch, damage, intact, volume
+from rbs_plugins.loops.damage import JointDamage, JointShare, damage_loops, family_volumes
 
 if TYPE_CHECKING:
     from rbs_plugins.constitutive.pairwise import PairwiseForce
@@ -51,6 +54,7 @@ class Criterion:
     """
 
     RELEASES = ("at once", "next step")
+    scales: tuple[str, ...] = ()  # positive fields of nodes without which it says no at rest, whatever their values
 
     def __init__(
         self,
@@ -71,10 +75,11 @@ class Criterion:
         """The numbers of the function, for the force that it belongs to."""
         return dict(self._parameters)
 
-    def mark(self, part: Host) -> None:
-        """Says which bonds of a part may break; does nothing without `within`."""
+    def mark(self, force: PairwiseForce) -> None:
+        """Says which bonds of a force may break; does nothing without `within`."""
         if self.within is None:
             return
+        part = force.host
         before = part.raw(breakable).copy() if breakable in part else None
         part.bonds.mark(breakable, self._region(part, self.within))
         if before is not None and not np.array_equal(part.raw(breakable), before):
@@ -106,15 +111,19 @@ class CriticalStretch(Criterion):
     """A bond fails once it is stretched (or shortened) beyond a limit (Silling & Askari 2005).
 
     Args:
-        s0: critical stretch; or give the fracture energy instead.
-        fracture_energy: G0, J/m^2; the stretch follows from it and the constants of the force that this belongs to.
+        s0: critical stretch; or give the fracture energy instead. A number, or a limit for each node: an array (n,), a
+            function of the positions (n, d) such as Weibull, or the field critical_stretch, which the script sets.
+        fracture_energy: G0, J/m^2; the stretch follows from it and the constants of the force that this belongs to. A
+            number, an array or a function.
         mode: "tension", "compression" or "both".
         compression: critical shortening for "both", positive; as s0 if not given.
         within: only bonds with both ends in this geometry, or in the node set of this name, may break.
         release: "at once" or "next step", see Criterion.
+        rule: limit of a bond between nodes that differ: the "mean" of both, or the "minimum", the weaker one.
 
     Raises:
-        BadInput: unless exactly one of s0 and fracture_energy is given and positive, or on an unknown mode.
+        BadInput: unless exactly one of s0 and fracture_energy is given and positive, on an unknown mode or rule, or on
+            a limit of its own for compression where limits differ from node to node.
     """
 
     MODES: ClassVar[dict[str, Callable[..., Any]]] = {
@@ -125,27 +134,43 @@ class CriticalStretch(Criterion):
 
     def __init__(
         self,
-        s0: float | None = None,
+        s0: Any = None,
         *,
-        fracture_energy: float | None = None,
+        fracture_energy: Any = None,
         mode: str = "tension",
         compression: float | None = None,
         within: Geometry | str | None = None,
         release: str = "at once",
+        rule: str = "mean",
     ) -> None:
+        if rule not in GRADED:
+            raise BadInput(f"CriticalStretch: rule={rule!r} must be one of {', '.join(GRADED)}")
         if mode not in self.MODES:
             raise BadInput(f"CriticalStretch: mode={mode!r} must be one of {', '.join(self.MODES)}")
         if (s0 is None) == (fracture_energy is None):
             raise BadInput("CriticalStretch: give either the stretch s0 or the fracture_energy, not both or none")
         if compression is not None and mode != "both":
             raise BadInput(f"CriticalStretch: compression= belongs to mode='both', not to mode={mode!r}")
+        self.graded = is_graded(s0) or is_graded(fracture_energy)
+        if self.graded and compression is not None:
+            raise BadInput("CriticalStretch: where limits differ from node to node, compression= has none of its own")
         for name, value in (("s0", s0), ("fracture_energy", fracture_energy), ("compression", compression)):
-            if value is not None and not (np.isfinite(value) and value > 0):
+            if value is not None and not self.graded and not (np.isfinite(value) and value > 0):
                 raise BadInput(f"CriticalStretch: {name}={value} must be positive and finite")
-        super().__init__(self.MODES[mode], within=within, release=release)
+        super().__init__(GRADED[rule][mode] if self.graded else self.MODES[mode], within=within, release=release)
         self.s0, self.fracture_energy, self.mode, self.compression = s0, fracture_energy, mode, compression
+        self.rule, self.scales = rule, (critical_stretch.name,) if self.graded else ()
+
+    def mark(self, force: PairwiseForce) -> None:
+        """Says which bonds may break, and sets the limits of nodes that differ."""
+        super().mark(force)
+        if self.graded:
+            energy = self.s0 is None
+            set_limits(force, self.fracture_energy if energy else self.s0, energy)
 
     def parameters(self, force: PairwiseForce) -> dict[str, float]:
+        if self.graded:
+            return {}
         s0 = self.s0
         if s0 is None:
             assert self.fracture_energy is not None
@@ -155,30 +180,67 @@ class CriticalStretch(Criterion):
         return {"s0": s0, "s0_compression": s0 if self.compression is None else self.compression}
 
     def __repr__(self) -> str:
-        limit = f"{self.s0!r}" if self.s0 is not None else f"fracture_energy={self.fracture_energy!r}"
+        limit = _short(self.s0) if self.s0 is not None else f"fracture_energy={_short(self.fracture_energy)}"
         more = "" if self.compression is None else f", compression={self.compression!r}"
+        more += f", rule={self.rule!r}" if self.graded else ""
         return f"CriticalStretch({limit}, mode={self.mode!r}{more}{self._options})"
+
+
+def _short(limit: Any) -> str:
+    """A limit in a few words; arrays are told apart by the fields that they set."""
+    if isinstance(limit, Field):
+        return limit.name
+    return f"<array {np.shape(limit)}>" if np.ndim(limit) else getattr(limit, "__name__", repr(limit))
 
 
 class Damage(Measure):
     """Broken share of each family by volume: φ = 1 − Σ μV / ΣV (Silling & Askari 2005).
+
+    Args:
+        part: connected part.
+        connections: of this part, whose bonds count, too; those that are searched again cannot.
+        when: trigger.
+
+    Raises:
+        BadInput: on a connection of other parts, or at the start of a run on one that is searched again.
 
     Bonds that a pre-crack has cut count as broken; removed ones (`bonds.remove`) never were. A node without bonds has
     damage 0.
     """
 
     example = {}
-    reads = (intact, volume)
     writes = (damage,)
     storages = ("list", "lattice")
 
+    def __init__(self, part: Part, connections: Sequence[Connection] = (), *, when: Trigger = always) -> None:
+        super().__init__(part, when=when)
+        require_bonds(type(self).__name__, part)
+        self.connections = (connections,) if isinstance(connections, Connection) else tuple(connections)
+        for each in self.connections:
+            if not isinstance(each, Connection) or part not in each.ends:
+                raise BadInput(f"{self.label}: {each!r} is no connection of this part")
+
+    @property
+    def reads(self) -> Fields:  # type: ignore[override]
+        """The state of all bonds, and the volumes at their ends."""
+        ends = [(end, volume) for each in self.connections for end in each.ends]
+        return tuple(dict.fromkeys([intact, (self.part, volume), *((c, intact) for c in self.connections), *ends]))
+
     def attach(self) -> None:
+        for each in self.connections:
+            if each.searched_again:
+                raise BadInput(f"{self.label}: the bonds of '{each.name}' are searched again: leave it out")
         stored = self.part.bonds.stored
         self._loops, self._kept = damage_loops(stored, self.raw(intact), self[volume], self[damage])
+        if self.connections:
+            shares = [JointShare(each, self.part, self.raw((each, intact))) for each in self.connections]
+            self._joint = JointDamage(family_volumes(stored, self[volume]), shares)
 
     def apply(self, clock: Clock) -> None:
         for loop in self._loops:
             loop()
+        if self.connections:
+            self._joint.add(self[damage])
 
     @property
     def nbytes(self) -> int:

@@ -117,6 +117,8 @@ def influences(
             values = np.broadcast_to(np.asarray(function(different, **rest), np.float64), different.shape)
         except (ValueError, TypeError):  # a function with branches takes one number at a time
             values = np.array([float(function(length, **rest)) for length in different.tolist()])
+    # bonds may reach beyond the horizon, to cells that lie partly within; what falls to zero there stays zero
+    values = np.where(different > horizon, np.maximum(values, 0.0), values)
     bad = np.flatnonzero(~(np.isfinite(values) & (values >= 0)))
     if len(bad):
         raise BadInput(
@@ -139,7 +141,11 @@ def set_influence(host: Host, influence: Influence | str, label: str) -> dict[st
         return {"influence": 1.0}
     before = host.raw(influence_field).copy() if influence_field in host else None
     horizon, spacing = host.bonds.horizon, host.spacing
-    host.bonds.tabulate(influence_field, lambda lengths: influences(influence, lengths, horizon, spacing, label))
+
+    def of_bonds(bonds: NDArray[np.float64]) -> NDArray[np.float64]:
+        return influences(influence, np.sqrt((bonds * bonds).sum(axis=1)), horizon, spacing, label)
+
+    host.bonds.tabulate(influence_field, of_bonds)
     if before is not None and not np.allclose(host.raw(influence_field), before, rtol=1e-12):
         host.raw(influence_field)[...] = before
         raise BadInput(f"{label}: '{host.name}' already has another influence function: use one for all its relations")

@@ -36,6 +36,7 @@ class OrdinaryStateBased(PairwiseForce):
         influence: ω, see Dilatation.
         weighted_volume: "initial", "intact" or "full", see Dilatation.
         partial_volume: as of PairwiseForce.
+        linear: small displacements, see PairwiseForce: the linearised solid.
         between: the solids of the two parts, for a connection; it has no constants of its own.
         active: as of PairwiseForce.
         when: trigger.
@@ -69,6 +70,7 @@ class OrdinaryStateBased(PairwiseForce):
         influence: Influence | str = "constant",
         weighted_volume: str = "initial",
         partial_volume: str = "none",
+        linear: bool = False,
         between: Sequence[OrdinaryStateBased] = (),
         active: bool | None = None,
         when: Trigger = always,
@@ -82,13 +84,14 @@ class OrdinaryStateBased(PairwiseForce):
             self.E, self.nu = constants(name, self.case, part, E, nu)
             self.gamma, self.pull = moduli(self.case, self.E, self.nu)
         self.dilatation: Dilatation = Dilatation(
-            part, influence, weighted_volume=weighted_volume, partial_volume=partial_volume,
+            part, influence, weighted_volume=weighted_volume, partial_volume=partial_volume, linear=linear,
             within=[each.dilatation for each in self._between], when=when,
         )  # fmt: skip
-        self._fixed = {**self._moduli(part.dimension), **self.dilatation.given}
+        self._fixed = {**self._moduli(part), **self.dilatation.given}
+        numbers: dict[str, Any] = {**self._fixed, **parameters}
         super().__init__(
-            part, linear_solid, fracture, potential=held, partial_volume=partial_volume, active=active, when=when,
-            **self._fixed, **parameters,
+            part, linear_solid, fracture, potential=held, partial_volume=partial_volume, linear=linear, active=active,
+            when=when, **numbers,
         )  # fmt: skip
 
     # -- constants --------------------------------------------------------------------------------------------------
@@ -98,10 +101,10 @@ class OrdinaryStateBased(PairwiseForce):
         """Whose constants the nodes have: itself, or the solids of the parts that a connection joins."""
         return self._between or (self,)
 
-    def _moduli(self, dimension: int) -> dict[str, float]:
+    def _moduli(self, host: Part | Connection) -> dict[str, float]:
         """The moduli as numbers if they are the same everywhere; otherwise they become fields of the parts."""
         fields = {
-            dilatational_modulus: [s.gamma / dimension for s in self.solids],
+            dilatational_modulus: [s.gamma / host.dimension for s in self.solids],
             deviatoric_modulus: [s.pull for s in self.solids],
         }
         distinct = {field: np.unique(np.concatenate([np.ravel(v) for v in values])) for field, values in fields.items()}
@@ -110,8 +113,8 @@ class OrdinaryStateBased(PairwiseForce):
             given = {f"{field.name}_{end}": float(each[0]) for field, each in distinct.items() for end in "ij"}
         else:
             for field, values in fields.items():
-                for solid, value in zip(self.solids, values, strict=True):
-                    solid.part[field] = value
+                for end, value in zip(host.ends if isinstance(host, Connection) else [host], values, strict=True):
+                    end[field] = value
         if not distinct[dilatational_modulus].any():
             given |= {"dilatation_i": 0.0, "dilatation_j": 0.0}
         return given
@@ -141,10 +144,11 @@ class OrdinaryStateBased(PairwiseForce):
     # -- loops ------------------------------------------------------------------------------------------------------
 
     def recipe(self) -> Recipe:
+        recipe = super().recipe()
+        scales = ("inverse_weighted_volume", "influence", "dilatational_modulus", "deviatoric_modulus")
         return replace(
-            super().recipe(), release=freed if self._recording else None, still=("dilatation",),
-            scales=("inverse_weighted_volume", "influence", "dilatational_modulus", "deviatoric_modulus"),
-        )  # fmt: skip
+            recipe, freed=freed if self.recording else None, still=("dilatation",), scales=(*recipe.scales, *scales)
+        )
 
     def force_state(self) -> tuple[Callable[..., Any], tuple[Argument, ...], float]:
         """The scalar force state t of a node, by its own material and dilatation."""
@@ -164,6 +168,7 @@ class OrdinaryStateBased(PairwiseForce):
         return loops
 
     def energy(self, out: NDArray[np.float64], part: Part | None = None) -> None:
+        self._loops_of_energy()
         self._refresh(*self._now)
         super().energy(out, part)
 

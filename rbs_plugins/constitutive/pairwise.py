@@ -8,14 +8,15 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rbs_core import BadInput, BadLaw, NotFinite, Part, Relation, Trigger, always
-from rbs_core.honesty import not_finite
+from rbs_core import BadInput, BadLaw, Part, Relation, Trigger, always
 from rbs_core.part import Connection, Lattice
 from rbs_core.relation import Fields, Key
 from rbs_core.trigger import Clock
 from rbs_plugins.constitutive.bonded import BondLoops, BondRelation
 from rbs_plugins.constitutive.corrections import set_partial_volume
 from rbs_plugins.constitutive.fracture import Criterion
+from rbs_plugins.constitutive.record import check_record
+from rbs_plugins.constitutive.surface import SurfaceCorrection
 from rbs_plugins.fields import (
     breakable,
     density,
@@ -50,7 +51,12 @@ class PairwiseForce(BondRelation):
         fracture: when bonds fail; never if not given.
         potential: energy w(...) of a bond, J/m^6, with dw/d(length) = law; integrated numerically if not given (8
             panels of 5 Gauss points: exact for smooth laws, off by up to 1e-3 of the energy behind a kink).
-        partial_volume: "none", or "linear" for the linear band at the edge of the horizon.
+        partial_volume: "none", "linear" for the linear band at the edge of the horizon, or "exact" for the share of
+            each cell that lies within.
+        surface_correction: "none", "volume", "force density" or "energy": a factor λ of bonds near surfaces, see
+            SurfaceCorrection.
+        linear: True for small displacements: the extension is η·ξ/|ξ| with η = u_j − u_i, and forces act along ξ. A
+            rotation then stretches bonds, in second order.
         active: True skips nodes that nothing has reached yet, which changes no result: for bonds stored as lattice, and
             laws that are zero at rest; None (default) does so wherever it can be done, False never.
         when: trigger.
@@ -58,10 +64,10 @@ class PairwiseForce(BondRelation):
 
     Raises:
         BadLaw: if an argument name is unknown, or (at the start of the run) if a function cannot be compiled.
-        BadInput: if the part is not connected, on an unknown name of a partial volume, or a parameter that no function
-            asks for.
+        BadInput: if the part is not connected, on an unknown name of a partial volume or a surface correction, or a
+            parameter that no function asks for.
 
-    The force density is L_i = Σ_j μ f β V_j d/|d| with d = y_j − y_i (Silling 2000; Silling & Askari 2005).
+    The force density is L_i = Σ_j μ λ f β V_j d/|d| with d = y_j − y_i (Silling 2000; Silling & Askari 2005).
     """
 
     adds: Fields = (force_density,)
@@ -76,6 +82,8 @@ class PairwiseForce(BondRelation):
         *,
         potential: Callable[..., Any] | None = None,
         partial_volume: str = "none",
+        surface_correction: str = "none",
+        linear: bool = False,
         active: bool | None = None,
         when: Trigger = always,
         **parameters: float,
@@ -87,7 +95,7 @@ class PairwiseForce(BondRelation):
             raise BadInput(f"{self.label}: fracture={fracture!r} must be a criterion such as CriticalStretch(0.01)")
         self.adds = self.at_nodes(force_density)
         self._law, self._fracture, self._potential = law, fracture, potential
-        self._active = active
+        self._active, self._linear = active, linear
         self._called = False  # whether the loops hold the positions of an earlier force
         self._now = [0.0, 0.0]  # time and dt of the last force
         self._fraction = set_partial_volume(part, partial_volume)
@@ -100,8 +108,9 @@ class PairwiseForce(BondRelation):
         self._criterion_arguments = () if fracture is None else tuple(resolve(fracture.function, part, values))
         self._potential_arguments = () if potential is None else tuple(resolve(potential, part, values))
         self._check_asked(parameters)
+        self.surface = SurfaceCorrection(surface_correction, part, partial_volume, law, self._law_arguments)
         if fracture is not None:
-            fracture.mark(part)
+            fracture.mark(self)
 
     def _check_asked(self, parameters: dict[str, float]) -> None:
         """A keyword that no function asks for is a misspelt one."""
@@ -158,7 +167,7 @@ class PairwiseForce(BondRelation):
         return self._fracture is not None and self._fracture.within is not None
 
     @property
-    def _recording(self) -> bool:
+    def recording(self) -> bool:
         """True if somebody wants to know the energy of the bonds that fail here."""
         return self._fracture is not None and any(self.wants((end, dissipation_density)) for end in self.ends)
 
@@ -169,7 +178,8 @@ class PairwiseForce(BondRelation):
     # -- loops ------------------------------------------------------------------------------------------------------
 
     def attach(self) -> None:
-        self._check_record()
+        check_record(self, [each for each in self._scene if isinstance(each, PairwiseForce)])
+        self._energies: BondLoops | None = None  # made for the bonds that there are, when somebody asks
         recipe = self.recipe()
         last = getattr(self, "_loops", None)
         felt = {"out": force_density, **({"dissipation": dissipation_density} if recipe.dissipation else {})}
@@ -189,39 +199,17 @@ class PairwiseForce(BondRelation):
             intact=self._fracture is not None or self.may_have_broken,
             breakable=self._zoned,
             fraction=self._fraction,
+            surface=self.surface.kind,
             uniform=self.uniform(volume) is not None,
-            dissipation=self._recording,
+            dissipation=self.recording,
+            scales=() if self._fracture is None else self._fracture.scales,
+            linear=self._linear,
             late=self._fracture is not None and self._fracture.release == "next step",
             **self.processor(),
         )
 
-    def _check_record(self) -> None:
-        """Whether the energy of failing bonds can be recorded at all.
-
-        Raises:
-            BadInput: if the force pauses, or another force of the part may see the same bond fail.
-        """
-        wanted = [end for end in self.ends if self.wants((end, dissipation_density))]
-        if not self._recording:
-            return
-        if self.when != always:
-            raise BadInput(f"{self.label}: the energy of failing bonds can only be recorded in every step")
-        if self.host.searched_again:
-            raise BadInput(
-                f"{self.label}: the energy of failing bonds is not known where bonds are searched again during a run: "
-                "leave FractureDissipation out"
-            )
-        if len(wanted) < len(self.ends):
-            raise BadInput(
-                f"{self.label}: the energy of failing bonds belongs to both parts, and only that of '{wanted[0].name}' "
-                "is asked for: add FractureDissipation of the other one"
-            )
-        others = [r for r in self._scene if isinstance(r, PairwiseForce) and r is not self and r.host is self.host]
-        if others:
-            raise BadInput(
-                f"{self.label}: the energy of failing bonds is not known where several forces act on the bonds of one "
-                f"part (here also {others[0].label}): leave FractureDissipation out, or put both laws into one"
-            )
+    def end_factors(self) -> NDArray[np.float64]:
+        return self.surface.factors
 
     def reset(self) -> None:
         self._called = False
@@ -233,7 +221,7 @@ class PairwiseForce(BondRelation):
 
     def state(self) -> dict[str, Any]:
         """The positions of the last force, where the energy of failing bonds is recorded from them."""
-        return {"position": self._loops.position} if self._called and self._recording else {}
+        return {"position": self._loops.position} if self._called and self.recording else {}
 
     def restore(self, state: dict[str, Any]) -> None:
         if "position" in state:
@@ -246,14 +234,14 @@ class PairwiseForce(BondRelation):
         self._called = True
         self._now = [clock.time, clock.dt]
         if not self._loops.add(clock.time, clock.dt, bool(self.starts)):
-            raise self._blame()
+            raise self.blame()
 
     def can_start(self, key: Key) -> bool:
         return isinstance(self._loops, LatticeLoops)
 
     def batch_key(self) -> Hashable:
         small = len(self.host) < BATCH_BELOW and not self.host.searched_again
-        return (type(self._loops), self._loops.kind) if small and not self._recording else None
+        return (type(self._loops), self._loops.kind) if small and not self.recording else None
 
     def batch(self, relations: Sequence[Relation]) -> Callable[[Clock], None]:
         forces = [each for each in relations if isinstance(each, PairwiseForce)]
@@ -270,17 +258,9 @@ class PairwiseForce(BondRelation):
             now[:] = clock.time, clock.dt
             if not merged.add(clock.time, clock.dt, start):
                 wrong = [each for each in forces if each.forces_are_finite() is not None]
-                raise (wrong or forces)[0]._blame()
+                raise (wrong or forces)[0].blame()
 
         return apply
-
-    def _blame(self) -> NotFinite:
-        """Names what is not finite."""
-        found = self.forces_are_finite()
-        if found is not None:
-            part, field, array = found
-            return not_finite(part, field.name, array)
-        return NotFinite(f"the forces of '{self.host.name}' overflow: look at the loads and the time step")
 
     def compile_energy(self, out: NDArray[np.float64]) -> None:
         """Makes `energy` ready; called after `attach` by whoever will ask for energies.
@@ -290,8 +270,12 @@ class PairwiseForce(BondRelation):
         """
         if not hasattr(self, "_loops"):
             raise BadInput(f"{self.label} is asked for its energy and is not in the list of relations: list it")
-        self._energies = self.energy_loops()
-        self._energies.prepare_energy(out)
+        self._loops_of_energy().prepare_energy(out)
+
+    def _loops_of_energy(self) -> BondLoops:
+        if self._energies is None:
+            self._energies = self.energy_loops()
+        return self._energies
 
     def force_state(self) -> tuple[Callable[..., Any], tuple[Argument, ...], float]:
         """The scalar force state t of a node: function, its arguments and a factor; here half of the pairwise force."""
@@ -309,10 +293,11 @@ class PairwiseForce(BondRelation):
     def energy(self, out: NDArray[np.float64], part: Part | None = None) -> None:
         """Adds the strain energy density (J/m^3) of the present displacement to `out` (n,), of the nodes of a part."""
         time, dt = self._now
-        if isinstance(self._energies, JointLoops):
-            self._energies.energy(out, time, dt, self.ends.index(part or self.part))
+        loops = self._loops_of_energy()
+        if isinstance(loops, JointLoops):
+            loops.energy(out, time, dt, self.ends.index(part or self.part))
         else:
-            self._energies.energy(out, time, dt)
+            loops.energy(out, time, dt)
 
     def squared_frequencies(self) -> dict[Part, NDArray[np.float64]]:
         """Bound of the squared angular frequency at each node, 1/s^2: 2/ρ Σ |df/ds| β V / |ξ| at rest (Gershgorin).
@@ -337,7 +322,7 @@ class PairwiseForce(BondRelation):
     @property
     def nbytes(self) -> int:
         """Positions of the last forces, as the loops want them."""
-        return self._loops.nbytes if hasattr(self, "_loops") else 0
+        return self._loops.nbytes + self.surface.nbytes if hasattr(self, "_loops") else 0
 
     def items(self) -> int:
         return len(self.host.bonds)

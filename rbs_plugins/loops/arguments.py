@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,7 +24,7 @@ class Argument:
 
     Attributes:
         name: as the law spells it.
-        kind: "kinematic", "clock", "parameter", "bond" or "node".
+        kind: "kinematic", "clock", "parameter", "bond", "node", or "given" for what the caller's loop computes.
         field: for "bond" and "node".
         value: for "parameter".
     """
@@ -63,8 +63,10 @@ def label(function: Callable[..., Any]) -> str:
     return f"law '{name}'" if code is None else f"law '{name}' ({code.co_filename}, line {code.co_firstlineno})"
 
 
-def resolve(function: Callable[..., Any], part: Host, parameters: dict[str, float]) -> list[Argument]:
-    """Says once, for each argument name, where its value comes from.
+def resolve(
+    function: Callable[..., Any], part: Host, parameters: dict[str, float], given: Collection[str] = ()
+) -> list[Argument]:
+    """Says once, for each argument name, where its value comes from; those in `given` come from the caller's loop.
 
     Raises:
         BadLaw: on a name that nobody knows (the message lists what is known), or a branch that returns nothing.
@@ -82,7 +84,10 @@ def resolve(function: Callable[..., Any], part: Host, parameters: dict[str, floa
     warn_of_slow_calls(function, label(function))
     hosts = (part, *part.ends) if isinstance(part, Connection) else (part,)
     known = {**registry().fields(), **{field.name: field for host in hosts for field in host.fields}}
-    return [_one(name, function, part, {**defaults, **parameters}, known) for name in names_of(function)]
+    return [
+        Argument(name, "given") if name in given else _one(name, function, part, {**defaults, **parameters}, known)
+        for name in names_of(function)
+    ]
 
 
 def _one(

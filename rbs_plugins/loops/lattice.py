@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rbs_core import BadInput
 from rbs_core.part import Lattice, Part
-from rbs_plugins.loops import cells, lattice_text
+from rbs_plugins.loops import cells, lattice_text, surface
 from rbs_plugins.loops.loop import Loop, Text
 from rbs_plugins.loops.ranges import Cells, scratch
 from rbs_plugins.loops.recipe import Recipe
@@ -47,7 +47,7 @@ class LatticeLoops:
         self._moved, self._busy = np.zeros(count, np.bool_), np.ones(count, np.bool_)
         self._alive = np.zeros((count, max(len(stored.steps), 1)), np.uint8)
         self.position = np.zeros((part.dimension, stored.size), self._real)
-        self._targets = np.zeros((max(recipe.components, 1), stored.size), self._real)
+        self._targets = np.zeros((lattice_text.components(recipe), stored.size), self._real)
         by_cell = self._of_cells(inputs)
         self._inputs: dict[str, Any] = {
             **by_cell,
@@ -58,7 +58,7 @@ class LatticeLoops:
             "busy": self._busy.view(np.uint8),
             "alive": self._alive,
             "failed": np.zeros_like(self._alive),
-            "scratch": scratch(self._real.name, recipe.components),
+            "scratch": scratch(self._real.name, lattice_text.components(recipe)),
         }
         if recipe.breakable:
             self._inputs["zone"] = inputs["breakable"]
@@ -85,9 +85,10 @@ class LatticeLoops:
     def _of_cells(self, inputs: dict[str, Any]) -> dict[str, Any]:
         """Arrays of nodes by cell, numbers in the precision of the fields."""
         nodes = {argument.array for argument in self._recipe.arguments if argument.kind == "node"}
+        nodes |= {"volume", *surface.at_nodes(self._recipe)}
         result: dict[str, Any] = {}
         for name, value in inputs.items():
-            if name in nodes or name == "volume":
+            if name in nodes:
                 result[name] = self._cells.padded(value, self._real)
             elif isinstance(value, np.ndarray):
                 result[name] = value
@@ -237,7 +238,8 @@ class LatticeLoops:
 
     def stiffness(self, out: NDArray[np.float64]) -> None:
         """Adds Σ |d law / d stretch| β V / |ξ| at rest, (n,)."""
-        slopes = self._recipe.slopes(self._stored.lengths) if self._recipe.uniform else None
+        alike = self._recipe.uniform and not self._recipe.surface
+        slopes = self._recipe.slopes(self._stored.lengths) if alike else None
         if slopes is not None:
             shares = self._inputs["volume_fraction"] if self._recipe.fraction else 1.0
             out += self._stored.weigh(slopes / self._stored.lengths * shares) * float(self._inputs["cell"])
@@ -252,7 +254,7 @@ class LatticeLoops:
     def nbytes(self) -> int:
         """Bytes of what belongs to these loops alone."""
         energy = 0 if self._energy is None else self.position.nbytes
-        names = ("u", "targets", "before", "volume", "alive", "failed")
+        names = ("u", "targets", "before", "volume", "alive", "failed", *surface.at_nodes(self._recipe))
         held = [self._inputs[name] for name in names if isinstance(self._inputs.get(name), np.ndarray)]
         return energy + self._moved.nbytes + self._busy.nbytes + sum(array.nbytes for array in held)
 

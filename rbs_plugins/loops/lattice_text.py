@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from rbs_plugins.loops import roots
+from rbs_plugins.loops import roots, surface
 from rbs_plugins.loops.arguments import Argument
 from rbs_plugins.loops.loop import Text
 from rbs_plugins.loops.recipe import FAILS, SLOPE_STEP, Body, Recipe, indented, strict
@@ -22,6 +22,11 @@ from rbs_plugins.loops.recipe import FAILS, SLOPE_STEP, Body, Recipe, indented, 
 PLAIN = "@njit(error_model='numpy', no_cpython_wrapper=True, no_cfunc_wrapper=True)"
 # Cells of a range, all of whose sums stay in the first cache.
 CHUNK = 1024
+
+
+def components(r: Recipe) -> int:
+    """How many numbers the sums give a node."""
+    return {"force": r.dimension, "total": 1}.get(r.sums, r.dimension**2)
 
 
 class LatticeBody(Body):
@@ -38,12 +43,13 @@ class LatticeBody(Body):
 
     @property
     def weight(self) -> str:
-        return " * fraction" if self.recipe.fraction else ""
+        return (" * fraction" if self.recipe.fraction else "") + surface.weight(self.recipe)
 
     @property
     def by_cell(self) -> dict[str, str]:
         """Arrays of nodes by cell, and the ends at which they are needed."""
         arrays = {} if self.recipe.uniform else {"volume": "ij"}
+        arrays |= dict.fromkeys(surface.at_nodes(self.recipe), "ij")
         for argument in self.used:
             if argument.kind == "node":
                 ends = argument.name[-1] if self.recipe.sums == "force" else "ij"
@@ -183,7 +189,7 @@ def tensor(r: Recipe) -> str:
             lines += [f"product = {moved}{k} * x{m}",
                       f"own{n}[q] = fused(value, product, own{n}[q]) if counts else own{n}[q]",
                       f"other{n}[q] = fused(back, product, other{n}[q]) if counts else other{n}[q]"]  # fmt: skip
-    return body.loop(r.sums, r.components, lines, SKIP)
+    return body.loop(r.sums, components(r), lines, SKIP)
 
 
 def energy(r: Recipe) -> str:
@@ -229,7 +235,7 @@ LOOPS = {
 @cache
 def text(name: str, recipe: Recipe) -> Text:
     """The module of one of the loops above."""
-    return recipe.text(*kinematics(recipe), FLUSH, LOOPS[name](recipe))
+    return recipe.text(*kinematics(recipe), *surface.definition(recipe), FLUSH, LOOPS[name](recipe))
 
 
 def kinematics(r: Recipe) -> list[str]:
@@ -237,7 +243,11 @@ def kinematics(r: Recipe) -> list[str]:
     body = LatticeBody(r, ())
     arguments = f"{body.each('x{k}')}, {body.each('e{k}')}, size, inverse"
     moved = [f"d{k} = x{k} + e{k}" for k in body.axes]
-    if r.newton:
+    if r.linear:
+        lines = [f"stretch = ({body.products('e{k}', 'x{k}')}) * (inverse * inverse)",
+                 f"return {body.each('d{k}')}, size * (REAL(1.0) + stretch), stretch, inverse"]  # fmt: skip
+        moved = [f"d{k} = x{k}" for k in body.axes]
+    elif r.newton:
         # with a = (d² - ξ²) / ξ² the stretch is sqrt(1 + a) - 1; near zero it is known to the last digit of 1 only, so
         # it is corrected by a step of Newton's for stretch (2 + stretch) = a
         lines = [f"change = ({body.products('e{k}', '(e{k} + REAL(2.0) * x{k})')}) * (inverse * inverse)",

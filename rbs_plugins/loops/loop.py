@@ -39,11 +39,13 @@ class Text:
         body: definitions, in order.
         names: objects that the text cannot say (laws without source), or None; such a module is never kept on disk.
         laws: the functions of the user in it, for messages.
+        tensors: names of their arguments that are 3 x 3 tuples, not numbers.
     """
 
     body: str
     names: dict[str, Any] | None = None
     laws: tuple[Any, ...] = ()
+    tensors: tuple[str, ...] = ()
 
     @classmethod
     @cache_of_calls
@@ -176,7 +178,7 @@ def _compiled(text: Text, name: str, arguments: dict[str, Any]) -> tuple[int | N
         try:
             module = cache.load(_with_entry(text.body, name, arguments), text.names)
         except NumbaError as error:
-            raise BadLaw(_why(list(text.laws), error)) from None
+            raise BadLaw(_why(list(text.laws), error, text.tensors)) from None
         if text.names is not None:
             return module.entry.address, None, module
         _made[key] = module
@@ -212,11 +214,13 @@ def _with_entry(body: str, name: str, arguments: dict[str, Any]) -> str:
     return body[: found.start()] + entry + body[found.end() :]
 
 
-def _why(functions: list[Any], error: Exception) -> str:
+def _why(functions: list[Any], error: Exception, tensors: Sequence[str] = ()) -> str:
     """Which law does not compile, and at which line of the user's own file."""
+    tensor = numba.types.UniTuple(numba.types.UniTuple(numba.float64, 3), 3)
     for function in functions:
         try:
-            numba.njit(compilable(function)).compile((numba.float64,) * len(names_of(function)))
+            kinds = (tensor if name in tensors else numba.float64 for name in names_of(function))
+            numba.njit(compilable(function)).compile(tuple(kinds))
         except NumbaError as own:
             error, code = own, plain(function).__code__
             found = re.findall(r'File "([^"]+)", line (\d+)', str(own))

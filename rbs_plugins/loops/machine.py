@@ -54,3 +54,24 @@ def _attribute(name: str, value: Any) -> Any:
 widest = _attribute("prefer-vector-width", lambda: 512)
 narrower = _attribute("prefer-vector-width", lambda: 256)
 no_gathers = _attribute("target-features", lambda: f"{_features()},+prefer-no-gather")
+
+
+@intrinsic
+def apart(context: Any) -> Any:
+    """Promises that no array argument of the function in which it is called overlaps one that the function writes.
+
+    LLVM would else compare the addresses of all of them before a vectorised loop, and gives up if they are many.
+    """
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        for argument in builder.function.args:
+            kind = argument.type
+            # pointers to bytes are owners of memory, not data
+            if getattr(kind, "is_pointer", False) and str(getattr(kind, "pointee", "i8")) in _NUMBERS:
+                argument.add_attribute("noalias")
+        return context.get_dummy_value()
+
+    return types.none(), code
+
+
+_NUMBERS = ("double", "float", "i16", "i32", "i64")

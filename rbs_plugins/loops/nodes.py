@@ -32,6 +32,31 @@ def add_divided(begin, end, thread, out, a, factor, divisor):
     return 0
 
 
+def resist(begin, end, thread, out, velocity, coefficient):
+    """Out -= coefficient * velocity, rows (n, d) and one coefficient (n,) per row."""
+    for i in range(begin, end):
+        for k in range(out.shape[1]):
+            out[i, k] -= coefficient[i] * velocity[i, k]
+    return 0
+
+
+def sum_resistance(begin, end, thread, velocity, coefficient, volume, displacement, path, past, partial, chunk):
+    """partial[c] = work against the resistance over range c since the last call, by the trapezoidal rule.
+
+    Path and past, the displacement and velocity of then, become those of now.
+    """
+    total = 0.0
+    for i in range(begin, end):
+        work = 0.0
+        for k in range(velocity.shape[1]):
+            work += (past[i, k] + velocity[i, k]) * (displacement[i, k] - path[i, k])
+            past[i, k] = velocity[i, k]
+            path[i, k] = displacement[i, k]
+        total += 0.5 * coefficient[i] * volume[i] * work
+    partial[begin // chunk] = total
+    return 0
+
+
 def take(begin, end, thread, target, source, nodes):
     """Target = source[nodes], one number each."""
     for i in range(begin, end):

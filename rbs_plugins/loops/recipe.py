@@ -42,16 +42,18 @@ class Recipe:
         dimension: 1, 2 or 3.
         law, criterion, potential: plain functions; the last two may be None.
         sums: what the loops are for: "force", Σ law β V d/|d|, or "total", Σ law β V of any scalar law; "tensor",
-            Σ law β V η⊗ξ with η = d − ξ, or "moment", Σ law β V d/|d|⊗ξ, of d × d components (bonds of one part only).
+            Σ law β V η⊗ξ (η = d − ξ), or "moment", Σ law β V d/|d|⊗ξ: d × d components, for bonds of one part only.
         still, scales: names of fields that are zero where nothing has moved yet, and of those that only multiply:
             a law that asks for no others may be zero at rest all the same.
-        release: energy that a failing bond frees, where this is not its potential; asks for what the law asks for.
+        freed: energy that a failing bond frees, where this is not its potential; asks for what the law asks for.
         law_arguments, criterion_arguments, potential_arguments: resolved, in the order of the functions.
         intact: whether bonds may be broken.
         breakable: whether some bonds may not break.
         fraction: whether neighbors count with a volume fraction.
+        surface: how factors of the ends of a bond make one of the bond, see `surface`; "" if there are none.
         uniform: whether all volumes are equal.
         dissipation: whether the energy of breaking bonds is recorded.
+        linear: whether displacements are small: extensions η·ξ/|ξ|, forces along the reference bond.
         late: whether a failing bond carries its force for the rest of the step.
         real: type in which a lattice computes, "float64" or "float32"; rows always compute in double precision.
         roots: how inverse lengths are computed, "hardware" or "newton", see `roots`.
@@ -68,11 +70,13 @@ class Recipe:
     intact: bool = False
     breakable: bool = False
     fraction: bool = False
+    surface: str = ""
     uniform: bool = True
     dissipation: bool = False
     late: bool = False
+    linear: bool = False
     sums: str = "force"
-    release: Callable[..., Any] | None = None
+    freed: Callable[..., Any] | None = None
     still: tuple[str, ...] = ()
     scales: tuple[str, ...] = ()
     real: str = "float64"
@@ -96,7 +100,7 @@ class Recipe:
     @property
     def laws(self) -> dict[str, Callable[..., Any]]:
         """The functions that there are, by the names that the loops call them by."""
-        every = {"law": self.law, "criterion": self.criterion, "potential": self.potential, "release": self.release}
+        every = {"law": self.law, "criterion": self.criterion, "potential": self.potential, "freed": self.freed}
         return {name: function for name, function in every.items() if function is not None}
 
     @property
@@ -119,11 +123,6 @@ class Recipe:
     def of_energy(self) -> tuple[Argument, ...]:
         """Arguments of the functions that an energy needs."""
         return (*self.law_arguments, *self.potential_arguments)
-
-    @property
-    def components(self) -> int:
-        """How many numbers a node gets."""
-        return {"force": self.dimension, "total": 1}.get(self.sums, self.dimension**2)
 
     @property
     def newton(self) -> bool:
@@ -299,8 +298,10 @@ class Body(ABC):
         at, along, size = ({}, "d", "length") if late else (old, "o", "length_old")
         path = self.each(along + "{k} * (d{k} - o{k})", " + ")
         arguments = self.recipe.law_arguments
+        if self.recipe.linear:
+            path, size = "(stretch - stretch_old) * reference_length", "1.0"
         work = f"work = 0.5 * {self.call('law', arguments, **at)} * ({path}) / {size}"
-        freed = self.potential(**at) if self.recipe.release is None else self.call("release", arguments, **at)
+        freed = self.potential(**at) if self.recipe.freed is None else self.call("freed", arguments, **at)
         return [work, f"lost += 0.5 * ({freed} + work){self.weight}"]
 
     def slope(self) -> list[str]:

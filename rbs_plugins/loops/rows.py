@@ -39,17 +39,19 @@ class _Body(Body):
 
     @property
     def weight(self) -> str:
-        return (" * row_volume_fraction[q]" if self.recipe.fraction else "") + (
-            "" if self.recipe.uniform else " * volume[j]"
-        )
+        flags = (("row_volume_fraction[q]", self.recipe.fraction), ("row_stiffness_factor[q]", self.recipe.surface),
+                 ("volume[j]", not self.recipe.uniform))  # fmt: skip
+        return "".join(f" * {source}" for source, there in flags if there)
 
     def function(self, name: str, *body: str) -> str:
         """The whole function: a loop over nodes with the given body."""
         r = self.recipe
         flags = (("intact", r.intact), ("breakable", r.breakable), ("volume_fraction", r.fraction),
+                 ("stiffness_factor", r.surface),
                  ("volume", not r.uniform), ("before", r.dissipation), ("dissipation", r.dissipation))  # fmt: skip
         arrays = dict.fromkeys(a.array for a in self.used if a.field is not None)
         flagged = [flag for flag, there in flags if there]
+        flagged += ["reference"] if r.linear else []
         start = ["reference_position"] if r.sums in TENSORS else []
         names = ["offsets", "neighbors", "inverse", "y", *start, "out", *flagged, *arrays, *self.numbers]
         loop = [*self.head, "wrong = 0", "for i in range(begin, end):", *indented([*self.row(), *body]), "return wrong"]
@@ -59,7 +61,7 @@ class _Body(Body):
         """Slices of the row and values at the node."""
         r = self.recipe
         rows = ["neighbors", "inverse", *(["intact"] if r.intact else []), *(["breakable"] if r.breakable else []),
-                *(["volume_fraction"] if r.fraction else [])]  # fmt: skip
+                *(["volume_fraction"] if r.fraction else []), *(["stiffness_factor"] if r.surface else [])]  # fmt: skip
         rows += [a.array for a in self.used if a.kind == "bond" and a.array not in rows]
         lines = ["first, last = offsets[i], offsets[i + 1]"]
         lines += [f"row_{name} = {name}[first:last]" for name in dict.fromkeys(rows)]
@@ -67,11 +69,15 @@ class _Body(Body):
         ends = dict.fromkeys(a.array for a in self.used if a.kind == "node" and a.name.endswith("_i"))
         return lines + [f"here_{name} = {name}[i]" for name in ends]
 
+    def kinematics(self, here: str, there: str) -> str:
+        """The call for a bond, by patterns for the positions of its ends."""
+        ends = [here, there, *(["reference[i, {k}]", "reference[j, {k}]"] if self.recipe.linear else [])]
+        return f"kinematics({', '.join(self.each(end) for end in ends)}, row_inverse[q])"
+
     def bond(self) -> list[str]:
         """Kinematics of bond q of the row: `d`, `length`, `stretch` and `quotient` = 1 / length."""
-        ends = f"{self.each('y{k}')}, {self.each('y[j, {k}]')}"
         found = f"{self.each('d{k}')}, length, stretch, quotient"
-        lines = ["j = row_neighbors[q]", f"{found} = kinematics({ends}, row_inverse[q])"]
+        lines = ["j = row_neighbors[q]", f"{found} = {self.kinematics('y{k}', 'y[j, {k}]')}"]
         wanted = {a.name for a in self.used}
         if wanted & {"reference_length", "extension"}:
             lines.append("reference_length = 1.0 / row_inverse[q]")
@@ -91,9 +97,9 @@ def _force(r: Recipe) -> str:
     if r.criterion is not None:
         fails = body.fails + (" & (row_breakable[q] != 0)" if r.breakable else "")
         count = [f"failing += holds & {fails}"]
-        old = f"{body.each('before[i, {k}]')}, {body.each('before[j, {k}]')}"
+        old = body.kinematics("before[i, {k}]", "before[j, {k}]")
         record = [
-            f"{body.each('o{k}')}, length_old, stretch_old, _ = kinematics({old}, row_inverse[q])",
+            f"{body.each('o{k}')}, length_old, stretch_old, _ = {old}",
             "reference_length = 1.0 / row_inverse[q]",
             *body.record(),
         ]
@@ -155,6 +161,11 @@ def _kinematics(r: Recipe) -> list[str]:
     arguments = f"{body.each('a{k}')}, {body.each('b{k}')}, inverse"
     lines = [*(f"d{k} = b{k} - a{k}" for k in body.axes), f"length = sqrt({body.products('d{k}')})",
              "stretch, quotient = length * inverse - 1.0, 1.0 / length"]  # fmt: skip
+    if r.linear:
+        arguments = f"{body.each('a{k}')}, {body.each('b{k}')}, {body.each('p{k}')}, {body.each('q{k}')}, inverse"
+        lines = [*(f"d{k} = q{k} - p{k}" for k in body.axes), *(f"e{k} = (b{k} - a{k}) - d{k}" for k in body.axes),
+                 f"stretch = ({body.products('e{k}', 'd{k}')}) * inverse * inverse",
+                 "length, quotient = (1.0 + stretch) / inverse, inverse"]  # fmt: skip
     return [strict("kinematics", arguments, *lines, f"return {body.each('d{k}')}, length, stretch, quotient"), FAILS]
 
 
@@ -202,6 +213,8 @@ class RowLoops:
         self._ranges = row_ranges(len(host))
         self.position = np.empty((len(host), host.dimension))
         before = {"before": np.empty_like(self.position)} if recipe.dissipation else {}
+        if recipe.linear:
+            inputs = {**inputs, "reference": host.positions}
         rows = {"offsets": offsets, "neighbors": neighbors, "inverse": stored.inverse, "y": self.position}
         self._inputs = {**inputs, **rows, **before, "time": 0.0, "dt": 0.0}
         self._movers = self._adding if movers is None else movers
@@ -258,7 +271,8 @@ class RowLoops:
     def nbytes(self) -> int:
         """Bytes of what belongs to these loops alone."""
         copies = 1 + ("before" in self._inputs) + bool(self._energy)
-        return copies * self.position.nbytes + self._ranges.nbytes
+        factors = self._inputs["stiffness_factor"].nbytes if self._recipe.surface else 0
+        return copies * self.position.nbytes + self._ranges.nbytes + int(factors)
 
     @property
     def kind(self) -> Hashable:

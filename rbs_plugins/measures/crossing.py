@@ -18,6 +18,7 @@ from rbs_plugins.constitutive.bond_based import BondBased
 from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.fields import displacement, intact, peridynamic_stress, reference_position, volume, volume_fraction
 from rbs_plugins.loops.source import compilable
+from rbs_plugins.loops.surface import factors_between
 from rbs_plugins.measures.family import FamilyMeasure, checked_forces
 from rbs_plugins.measures.stress import require_listed
 
@@ -91,14 +92,9 @@ class PeridynamicStress(FamilyMeasure):
             pull.refresh()
         total = np.zeros((len(part), part.dimension, part.dimension))
         for bonds, i, j in self._bonds():
-            xi = part.positions[j] - part.positions[i]
-            eta = u[j] - u[i]
-            d = xi + eta
-            rest, length = np.linalg.norm(xi, axis=1), np.linalg.norm(d, axis=1)
-            # exact for small displacements
-            stretch = np.einsum("bk,bk->b", eta, xi + d) / ((length + rest) * rest)
-            force = sum(pull(bonds, i, j, rest, length, stretch) for pull in self._pulls)
-            moment = (force * sizes[i] * sizes[j] / length)[:, None, None] * d[:, :, None] * xi[:, None, :]
+            xi, eta = part.positions[j] - part.positions[i], u[j] - u[i]
+            force = np.sum([pull(bonds, i, j, xi, eta) for pull in self._pulls], axis=0)
+            moment = (sizes[i] * sizes[j])[:, None, None] * force[:, :, None] * xi[:, None, :]
             self._deposit(total, i, j, moment)
         self[peridynamic_stress][...] = total / sizes[:, None, None]
 
@@ -118,7 +114,7 @@ class PeridynamicStress(FamilyMeasure):
 
 
 class _Pull:
-    """The pairwise force of bonds times their volume fraction, N/m^6.
+    """The pairwise force of bonds, with their volume fractions and stiffness factors, N/m^6.
 
     Args:
         measure: whose contract names what the force reads.
@@ -127,7 +123,7 @@ class _Pull:
 
     def __init__(self, measure: PeridynamicStress, force: PairwiseForce) -> None:
         recipe = force.recipe()
-        self._force, self._arguments = force, recipe.law_arguments
+        self._force, self._arguments, self._recipe = force, recipe.law_arguments, recipe
         self._law = elementwise(recipe.law)
         self._refresh, self._instead = force.present()
         self._fraction = measure[volume_fraction] if recipe.fraction else None
@@ -141,7 +137,21 @@ class _Pull:
         """Sees to what depends on the displacement of all nodes."""
         self._refresh(*self._force.now)
 
-    def __call__(self, bonds: Any, i: Any, j: Any, rest: Any, length: Any, stretch: Any) -> NDArray[np.float64]:
+    def __call__(self, bonds: Numbers, i: Numbers, j: Numbers, xi: Any, eta: Any) -> NDArray[np.float64]:
+        """(k, d) forces on nodes i."""
+        rest, d = np.linalg.norm(xi, axis=1), xi if self._recipe.linear else xi + eta
+        length = np.linalg.norm(d, axis=1)
+        # exact for small displacements
+        stretch = np.einsum("bk,bk->b", eta, xi + d) / ((length + rest) * rest)
+        weight = np.ones_like(rest) if self._fraction is None else self._fraction[bonds].astype(np.float64)
+        if self._recipe.surface:
+            ends = self._force.end_factors()
+            weight *= factors_between(self._recipe.surface, ends[i] + ends[j], xi / rest[:, None])
+        pull = self._law_of(bonds, i, j, rest, stretch)
+        return np.asarray((pull * weight / length)[:, None] * d)
+
+    def _law_of(self, bonds: Numbers, i: Numbers, j: Numbers, rest: Any, stretch: Any) -> Any:
+        length = (1.0 + stretch) * rest
         known = {"stretch": stretch, "extension": stretch * rest, "length": length, "reference_length": rest}
         known |= dict(zip(("time", "dt"), self._force.now, strict=True))
         values = []
@@ -151,8 +161,7 @@ class _Pull:
             else:
                 place = bonds if a.kind == "bond" else i if a.name.endswith("_i") else j
                 values.append(self._arrays[a.field][place].astype(np.float64))
-        found = np.broadcast_to(self._law(*values), rest.shape)
-        return found if self._fraction is None else found * self._fraction[bonds]
+        return self._law(*values)
 
 
 @cache

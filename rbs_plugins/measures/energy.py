@@ -12,6 +12,7 @@ from rbs_core import BadInput, Field, Measure, Part, Trigger, always
 from rbs_core.relation import Fields, Key
 from rbs_core.trigger import Clock
 from rbs_plugins.constitutive.bond_based import BondBased
+from rbs_plugins.constitutive.correspondence import Correspondence
 from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.fields import (
     density,
@@ -26,6 +27,8 @@ from rbs_plugins.fields import (
 from rbs_plugins.loops import Loop, Text
 from rbs_plugins.loops.loop import CHUNK
 from rbs_plugins.loops.nodes import chunks, sum_motion, sum_products
+
+Energetic = PairwiseForce | Correspondence  # forces that know their energy
 
 
 class KineticEnergy(Measure):
@@ -75,9 +78,9 @@ class StrainEnergy(Measure):
         """The energy of a linear material."""
         return {"forces": [BondBased(part, E=1e9)]}
 
-    def __init__(self, part: Part, forces: PairwiseForce | Sequence[PairwiseForce], *, when: Trigger = always) -> None:
+    def __init__(self, part: Part, forces: Energetic | Sequence[Energetic], *, when: Trigger = always) -> None:
         super().__init__(part, when=when)
-        self._forces = [forces] if isinstance(forces, PairwiseForce) else list(forces)
+        self._forces = [forces] if isinstance(forces, Energetic) else list(forces)
         for force in self._forces:
             if not hasattr(force, "energy"):
                 raise BadInput(f"{self.label}: {force!r} does not know its energy: list constitutive relations")

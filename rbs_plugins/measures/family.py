@@ -18,8 +18,7 @@ from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.fields import displacement, intact, reference_position, volume, volume_fraction
 from rbs_plugins.loops.arguments import Argument, fields, resolve
 from rbs_plugins.loops.recipe import Recipe
-
-SINGULAR = 1e-6  # least eigenvalue of a shape tensor over its largest, below which it is not inverted
+from rbs_plugins.loops.tensor_recipe import SINGULAR
 
 
 def share(influence):
@@ -33,7 +32,7 @@ class FamilyMeasure(BondRelation):
     Args:
         part: connected part.
         influence: ω of the sums for the deformation gradient, as of Dilatation.
-        partial_volume: as of PairwiseForce.
+        partial_volume: as of PairwiseForce; None (default) for the volume fractions that the bonds have, if any.
         when: trigger.
 
     Raises:
@@ -48,14 +47,20 @@ class FamilyMeasure(BondRelation):
         part: Part,
         influence: Influence | str = "constant",
         *,
-        partial_volume: str = "none",
+        partial_volume: str | None = None,
         when: Trigger = always,
     ) -> None:
         if not isinstance(part, Part):
             raise BadInput(f"{type(self).__name__}: the first argument must be a Part, got {part!r}")
         super().__init__(part, when=when)
-        self.fraction = set_partial_volume(part, partial_volume)
+        self._given_fraction = partial_volume is not None and set_partial_volume(part, partial_volume)
+        self._as_found = partial_volume is None
         self.weights: tuple[Argument, ...] = tuple(resolve(share, part, set_influence(part, influence, self.label)))
+
+    @property
+    def fraction(self) -> bool:
+        """Whether neighbors count with a volume fraction."""
+        return volume_fraction in self.part if self._as_found else self._given_fraction
 
     @property
     def of_family(self) -> Fields:
@@ -98,8 +103,8 @@ class DisplacementGradient:
     F is that of Silling et al. (2007). With η = Y − ξ in place of Y the sums are the same in exact numbers, and keep
     all digits of a small strain. Exact for affine displacements.
 
-    A shape tensor whose least eigenvalue is below SINGULAR times its largest (fewer than d independent bonds) has no
-    inverse: H is zero there, and the node is counted.
+    Where det K is not above SINGULAR (tr K / d)^d (bonds in nearly one plane, or along one line) K is not inverted, by
+    the same rule as in Correspondence: H is zero there, and the node is counted.
 
     Args:
         of: the measure; it has been attached.
@@ -148,10 +153,11 @@ class DisplacementGradient:
 
 def inverses(tensors: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:
     """Inverses (n, d, d) of symmetric positive tensors; zero for those that are singular, and their number."""
-    values = np.linalg.eigvalsh(tensors)
-    regular = (values[:, -1] > 0) & (values[:, 0] > SINGULAR * values[:, -1])
+    d = tensors.shape[1]
+    size = np.trace(tensors, axis1=1, axis2=2) / d
+    # scaled: entries in m^5 are small, and products of them underflow
+    scaled = tensors / np.where(size > 0, size, 1.0)[:, None, None]
+    regular = (size > 0) & (np.linalg.det(scaled) > SINGULAR[d])
     found = np.zeros_like(tensors)
-    # scaled: entries of m^5 can be as small as 1e-30, products of them underflow
-    size = values[regular, -1][:, None, None]
-    found[regular] = np.linalg.inv(tensors[regular] / size) / size
+    found[regular] = np.linalg.inv(scaled[regular]) / size[regular][:, None, None]
     return found, int(len(tensors) - np.count_nonzero(regular))

@@ -23,7 +23,7 @@ class Strain(FamilyMeasure):
         part: connected part.
         kind: "small" (default), ε = sym(F) − I, or "Green-Lagrange", E = ½(FᵀF − I).
         influence: ω, a plain function or the name of one, see Dilatation.
-        partial_volume: as of PairwiseForce.
+        partial_volume: as of PairwiseForce; None (default) for the volume fractions that the bonds have, if any.
         when: trigger.
 
     Raises:
@@ -32,9 +32,9 @@ class Strain(FamilyMeasure):
     F is that of Silling et al. (2007), their correspondence of states and tensors; it is offered as
     `deformation_gradient`. Both are exact in an affine deformation, also at surfaces and beside cracks. The small
     strain of a rotated body is not zero, the other one is.
-    Where the bonds of a node do not span the space (fewer than d independent ones: the least eigenvalue of K is below
-    1e-6 times its largest), there is no F: the strain is zero there, F the identity, and `singular_families` counts
-    such nodes.
+    Where the bonds of a node do not span the space (bonds in nearly one plane, or along one line: det K is not above
+    1e-3 in 2-D, 1e-4 in 3-D of (tr K / d)^d, as in Correspondence), there is no F: the strain is zero there, F the
+    identity, and `singular_families` counts such nodes.
     """
 
     example: ClassVar[Any] = {}
@@ -47,7 +47,7 @@ class Strain(FamilyMeasure):
         kind: str = "small",
         *,
         influence: Influence | str = "constant",
-        partial_volume: str = "none",
+        partial_volume: str | None = None,
         when: Trigger = always,
     ) -> None:
         super().__init__(part, influence, partial_volume=partial_volume, when=when)

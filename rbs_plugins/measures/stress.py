@@ -33,7 +33,7 @@ class Stress(FamilyMeasure):
             σ = ν Fᵀ / det F with the F of Strain. In 2-D det F is that of the plane: σ is then per present length of
             the plane and reference thickness.
         influence: ω of F, for "Cauchy".
-        partial_volume: as of PairwiseForce, of F.
+        partial_volume: of F, as of Strain.
         field: where to write it; another tensor field of nodes if there are several stresses.
         when: trigger.
 
@@ -62,7 +62,7 @@ class Stress(FamilyMeasure):
         kind: str = "first Piola-Kirchhoff",
         *,
         influence: Influence | str = "constant",
-        partial_volume: str = "none",
+        partial_volume: str | None = None,
         field: Field = stress,
         when: Trigger = always,
     ) -> None:

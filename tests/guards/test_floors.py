@@ -14,7 +14,8 @@ FLOORS = {
     "rbs_core.files": 1,
     "rbs_core.interrupt": 1,
     "rbs_core.trigger": 1,
-    "rbs_core.report": 1,
+    "rbs_core.memory": 1,
+    "rbs_core.report": 2,
     "rbs_core.space": 2,
     "rbs_core.geometry": 3,
     "rbs_core.fields": 3,
@@ -24,7 +25,9 @@ FLOORS = {
     "rbs_core.contract": 6,
     "rbs_core.honesty": 6,
     "rbs_core.stability": 6,
+    "rbs_core.held": 6,
     "rbs_core.checkpoint": 7,
+    "rbs_core.steps": 7,
     "rbs_core.hookspecs": 7,
     "rbs_core.plugins": 8,
     "rbs_core.analysis": 9,
@@ -33,7 +36,7 @@ FLOORS = {
     "rbs_core.__main__": 11,
     "rbs_core": 12,  # the public names: for everybody outside, and nobody inside
 }
-PACKAGES = ("rbs_core.space", "rbs_core.geometry", "rbs_core.part")
+PACKAGES = ("rbs_core.space", "rbs_core.geometry", "rbs_core.part", "rbs_core.report", "rbs_core.command")
 
 # Above each package stand others that it must not know.
 ABOVE = {

@@ -1,167 +1,120 @@
-"""The command line, called as a function: what a run leaves behind, `--set`, exit codes."""
+"""What the exit code of a command says, and where its messages go."""
 
 from __future__ import annotations
 
-import math
+import json
+import logging
+import warnings
 
-import numpy as np
 import pytest
 
+from rbs_core import command, errors
 from rbs_core.command import main
-from tests.unit.core.results import check_run, strict
+from rbs_core.report import log
 
-# -- run ------------------------------------------------------------------------------------------------------------
-
-
-def test_run(file, tmp_path, capsys):
-    out = tmp_path / "results" / "deep"
-    assert main(["run", str(file), "--set", "n=10", "--set", "speed=2.5", "--out", str(out)]) == 0
-    printed = capsys.readouterr()
-    check_run(out, file, printed.out)
-    assert printed.err == ""  # no line within ten seconds
+KINDS = [kind for kind in vars(errors).values() if isinstance(kind, type) and kind is not errors.RBSError]
 
 
-def test_what_json_cannot_hold_is_null(file, tmp_path):
-    assert main(["run", str(file), "--set", "n=10", "--out", str(tmp_path / "out"), "--quiet"]) == 0
-    measured = strict(tmp_path / "out" / "result.json")["measured"]
-    assert measured["never"] is None
-    assert measured["unknown"] is None
-    assert measured["path"] == [[1.0, None], [0.5, 2.0]]
-    assert measured["more"] == {"list": [1, [2.0, None]], "3": None}
-    assert measured["good"] is True
-    assert measured["nodes"] == 10
-    assert math.isfinite(measured["kinetic_J"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_errors_before_a_run_give_2_and_those_of_a_run_1(kind, monkeypatch, capsys):
+    def fail(_):
+        raise kind("this is wrong: do that")
 
-
-def test_steps_leave_out_the_measure(file, tmp_path, capsys):
-    """They are not the whole case, so its numbers would be wrong ones."""
-    assert main(["run", str(file), "--steps", "6", "--out", str(tmp_path / "out")]) == 0
-    result = strict(tmp_path / "out" / "result.json")
-    assert (result["measured"], result["run"]["steps"]) == ({}, 6)
-    printed = capsys.readouterr().out
-    assert "finished at step 6" in printed
-    assert "nodes" not in printed
-
-
-@pytest.mark.parametrize("pieces", [[7, 20], [4, 4, 11, 20]])
-def test_resumed_pieces_equal_the_uninterrupted_run(file, tmp_path, pieces):
-    whole, parts = tmp_path / "whole", tmp_path / "parts"
-    run = ["run", str(file), "--set", "n=10", "--quiet"]
-    assert main([*run, "--out", str(whole)]) == 0
-    for steps in pieces[:-1]:  # the first one finds no file and starts at the beginning
-        assert main([*run, "--out", str(parts), "--resume", "--steps", str(steps)]) == 0
-    assert main([*run, "--out", str(parts), "--resume"]) == 0
-    assert (parts / "history.csv").read_bytes() == (whole / "history.csv").read_bytes()
-    one, other = (strict(folder / "result.json") for folder in (whole, parts))
-    assert one["measured"] == other["measured"]
-    assert other["run"]["steps"] == 20 - pieces[-2] // 4 * 4  # saved in every fourth step
-    with np.load(whole / "checkpoint.npz") as a, np.load(parts / "checkpoint.npz") as b:
-        assert a.files == b.files
-        assert all(np.array_equal(a[name], b[name]) for name in a.files)
-
-
-def test_resuming_another_scene_or_without_a_checkpoint_is_an_error(file, tmp_path, capsys):
-    run = ["run", str(file), "--quiet", "--out", str(tmp_path / "out")]
-    assert main([*run, "--steps", "8"]) == 0
-    capsys.readouterr()
-    assert main([*run, "--resume", "--set", "speed=2.0"]) == 1
-    assert capsys.readouterr().err.startswith("rbs: BadCheckpoint: ")
-    assert main([*run, "--resume", "--set", "saved=0"]) == 1
-    assert capsys.readouterr().err == (
-        "rbs: BadInput: --resume: the scene has no Checkpoint relation, so nothing was saved\n"
-    )
-
-
-# -- --set ----------------------------------------------------------------------------------------------------------
+    monkeypatch.setattr("rbs_core.command.parser.list_all", fail)
+    assert main(["list"]) == (1 if kind in (errors.NotFinite, errors.DishonestRelation) else 2)
+    assert capsys.readouterr().err == f"rbs: {kind.__name__}: this is wrong: do that\n"
 
 
 @pytest.mark.parametrize(
-    ("text", "value"),
+    ("error", "code", "text"),
     [
-        ("12", 12),
-        ("-2e-3", -2e-3),
-        ("1_000", 1000),
-        ("True", True),
-        ("None", None),
-        ("(1, 2.5)", [1, 2.5]),
-        ("{'a': [1]}", {"a": [1]}),
-        ("hello", "hello"),
-        ("next step", "next step"),
-        ("'12'", "12"),
-        ("2*3", "2*3"),  # literals only: nothing is computed
-        ("a=b", "a=b"),
-        ("", ""),
+        (MemoryError("no room"), 1, "rbs: MemoryError: no room: take fewer nodes, a smaller horizon, or "
+                                    "precision='single'\n"),
+        (KeyboardInterrupt(), 130, "rbs: interrupted\n"),
     ],
-)
-def test_values_are_python_literals_or_text(file, tmp_path, text, value):
-    run = ["run", str(file), "--steps", "1", "--quiet", "--out", str(tmp_path / "out")]
-    assert main([*run, "--set", "n=10", "--set", f"region={text}"]) == 0
-    assert strict(tmp_path / "out" / "result.json")["arguments"] == {"n": 10, "region": value}
+)  # fmt: skip
+def test_other_ends(error, code, text, monkeypatch, capsys):
+    def fail(_):
+        raise error
+
+    monkeypatch.setattr("rbs_core.command.parser.list_all", fail)
+    assert main(["list"]) == code
+    assert capsys.readouterr().err == text
 
 
-def test_the_last_value_counts(file, tmp_path):
-    run = ["run", str(file), "--steps", "1", "--quiet", "--out", str(tmp_path / "out")]
-    assert main([*run, "--set", "name=a", "--set", "name=b"]) == 0
-    assert strict(tmp_path / "out" / "result.json")["arguments"] == {"name": "b"}
+def test_a_mistake_in_the_file_shows_where_it_is_and_stays_in_the_log(file, tmp_path):
+    bad = file.with_name("pulled_wrongly.py")
+    bad.write_text(file.read_text() + "\n\ndef measure(analysis):\n    return {'a': 1 / 0}\n")
+    with pytest.raises(ZeroDivisionError):
+        main(["run", str(bad), "--out", str(tmp_path / "out"), "--level", "off"])
+    text = (tmp_path / "out" / "run.log").read_text()
+    assert "error    Traceback (most recent call last):\n" in text
+    assert 'pulled_wrongly.py", line' in text
+    assert text.rstrip().endswith("ZeroDivisionError: division by zero")
 
 
-def test_an_unknown_name_lists_the_known_ones(file, tmp_path, capsys):
-    assert main(["run", str(file), "--set", "m=10", "--out", str(tmp_path / "out")]) == 1
-    assert capsys.readouterr().err == (
-        f"rbs: BadInput: --set m: scene of {file} takes n, speed, pause, keys, saved, name, region, out\n"
-    )
-    assert not list((tmp_path / "out").iterdir())
+def run(file, out, *words):
+    return main(["run", str(file), "--set", "n=10", "--out", str(out), *words])
 
 
-@pytest.mark.parametrize("text", ["n", "=3", "2n=3", "n m=3"])
-def test_what_is_no_assignment(file, tmp_path, capsys, text):
-    assert main(["run", str(file), "--set", text, "--out", str(tmp_path / "out")]) == 1
-    assert capsys.readouterr().err == f"rbs: BadInput: --set {text}: write NAME=VALUE, e.g. --set n=100\n"
-
-
-# -- exit codes -----------------------------------------------------------------------------------------------------
-
-BAD_FILES = {
-    "x = 1": "has no function scene(...) that returns an Analysis",
-    "scene = 3": "has no function scene(...) that returns an Analysis",
-    "def scene(): return [1]": "must return an Analysis, got [1]",
-}
-
-
-@pytest.mark.parametrize(("text", "message"), BAD_FILES.items())
-def test_files_without_a_scene(file, tmp_path, capsys, text, message):
-    bad = file.with_name("pulled_badly.py")
-    bad.write_text(text, encoding="utf-8")
-    assert main(["run", str(bad), "--out", str(tmp_path / "out")]) == 1
-    assert message in capsys.readouterr().err
-
-
-def test_errors_of_a_run_give_1_and_one_line(file, tmp_path, capsys):
-    (tmp_path / "in_the_way").write_text("no folder")
-    for words, message in (
-        ([str(tmp_path / "missing.py")], "rbs: BadInput: there is no file "),
-        ([str(tmp_path)], "rbs: BadInput: there is no file "),
-        ([str(file), "--out", str(tmp_path / "in_the_way")], "rbs: BadInput: cannot write into the folder "),
-        ([str(file), "--steps", "-1", "--out", str(tmp_path / "out")], "rbs: BadInput: steps=-1 must be a whole "),
-    ):
-        assert main(["run", *words]) == 1
-        printed = capsys.readouterr()
-        assert printed.err.startswith(message)
-        assert printed.err.count("\n") == 1
-        assert printed.out == ""
+def test_numbers_are_the_same_to_the_bit_whatever_is_told(file, tmp_path, capsys):
+    measured = []
+    for level in ("off", "error", "warning", "process", "timing", "debug"):
+        out = tmp_path / level
+        assert run(file, out, "--level", level, "--log-level", level) == 0
+        measured.append(json.loads((out / "result.json").read_text())["measured"])
+        measured.append((out / "history.csv").read_bytes())
+    assert all(each == measured[number % 2] for number, each in enumerate(measured))
 
 
 @pytest.mark.parametrize(
-    "words", [["run"], ["nonsense"], ["run", "a.py", "--steps", "many"], ["run", "a.py", "--colour"], ["describe"]]
+    ("level", "table", "place", "steps"),
+    [("off", 0, 0, 0), ("error", 0, 0, 0), ("process", 0, 1, 0), ("timing", 1, 1, 0), ("debug", 1, 1, 20)],
 )
-def test_wrong_usage_gives_2(words, capsys):
-    with pytest.raises(SystemExit) as caught:
-        main(words)
-    assert caught.value.code == 2
-    assert capsys.readouterr().err.startswith("usage: rbs")
+def test_what_the_terminal_shows(file, tmp_path, capsys, level, table, place, steps):
+    assert run(file, tmp_path / "out", "--level", level) == 0
+    printed = capsys.readouterr()
+    assert "pulled_m" in printed.out  # what was measured, always
+    assert printed.out.count("Mbond/s") == table
+    assert printed.out.count("results in") == place
+    assert len([line for line in printed.err.splitlines() if line.startswith("step ")]) == steps
 
 
-def test_no_command_gives_2_and_the_help(capsys):
-    assert main([]) == 2
-    printed = capsys.readouterr().out
-    assert all(word in printed for word in ("run", "list", "describe"))
+def test_no_log(file, tmp_path):
+    assert run(file, tmp_path / "out", "--log-level", "off") == 0
+    assert not (tmp_path / "out" / "run.log").exists()
+
+
+def test_the_log_keeps_earlier_runs_and_errors(file, tmp_path):
+    out = tmp_path / "out"
+    assert run(file, out, "--steps", "3") == 0
+    assert run(file, out, "--steps", "-3") == 2
+    lines = [line[20:] for line in (out / "run.log").read_text().splitlines() if not line.startswith("    ")]
+    said = [line for line in lines if line.startswith(("process  rbs run", "error"))]
+    assert said[0].endswith("--set n=10 --steps 3")
+    assert said[1].endswith("--set n=10 --steps -3")
+    assert said[2].startswith("error    BadInput: steps=-3 must be a whole ")
+    assert len(said) == 3
+
+
+def test_a_warning_is_one_line(file, tmp_path, capsys):
+    warned = file.with_name("pulled_warned.py")
+    text = file.read_text().replace(
+        "    ends = [", "    warnings.warn('one node is alone', stacklevel=1)\n    ends = ["
+    )
+    warned.write_text(text.replace("import time\n", "import time\nimport warnings\n"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        assert run(warned, tmp_path / "out", "--level", "warning") == 0
+        assert run(warned, tmp_path / "out", "--level", "error") == 0
+    assert capsys.readouterr().err == "rbs: warning: one node is alone\n"
+
+
+def test_nothing_stays_configured(file, tmp_path):
+    before = (list(log.handlers), log.level, log.propagate, list(logging.getLogger().handlers))
+    assert run(file, tmp_path / "out", "--level", "debug") == 0
+    assert (list(log.handlers), log.level, log.propagate, list(logging.getLogger().handlers)) == before
+
+
+def test_the_names_of_the_codes():
+    assert (command.SUCCESS, command.FAILED, command.USAGE, command.INTERRUPTED) == (0, 1, 2, 130)

@@ -97,5 +97,5 @@ def test_fields_follow_removed_bonds():
 def test_single_precision_for_values_of_steps():
     part = Part("body", Box(size=(4.0, 4.0)), precision="single").discretize(1.0).connect(1.5)
     share = rbs.Field("share", "bond", "scalar", "1", "s", "A test.")
-    part.bonds.tabulate(share, lambda lengths: lengths)
+    part.bonds.tabulate(share, lambda bonds: np.linalg.norm(bonds, axis=1))
     assert part[share].dtype == np.float32

@@ -228,10 +228,31 @@ def test_bonds_between_nodes_of_a_region(storage):
     assert [pair for pair, both in zip(part.bonds, part[zone], strict=True) if both] == [(0, 1), (1, 0)]
 
 
-def test_a_function_of_the_lengths(storage):
-    part = line(4).connect(2.0, storage=storage)
-    part.bonds.tabulate(strength, lambda lengths: 10.0 * lengths)
-    assert part[strength] == pytest.approx(10.0 * part.bonds.lengths)
+def test_a_function_of_the_bonds(storage):
+    part = Part("plate", Box(size=(4.0, 3.0))).discretize(1.0).connect(2.0, storage=storage)
+    part.bonds.tabulate(strength, lambda bonds: bonds[:, 0] ** 2 + 5.0 * bonds[:, 1] ** 2)
+    x, y = np.array([part.positions[j] - part.positions[i] for i, j in part.bonds]).T
+    assert part[strength] == pytest.approx(x**2 + 5.0 * y**2, rel=1e-12)
+
+
+def test_reach_beyond_the_horizon(storage):
+    """Families of a larger radius, while the horizon stays what materials are made of."""
+    part = line(4).connect(1.0, storage=storage, reach=2.0)
+    assert (part.bonds.horizon, part.bonds.reach) == (1.0, 2.0)
+    assert list(part.bonds) == list(line(4).connect(2.0, storage=storage).bonds)
+    assert "horizon 1 m, reach 2 m" in repr(part.bonds)
+    assert "reach" not in repr(line(4).connect(1.0, storage=storage).bonds)
+
+
+@pytest.mark.parametrize("reach", [0.9, np.inf, np.nan])
+def test_reach_is_not_below_the_horizon(reach):
+    with pytest.raises(BadInput, match="must be finite, and not below the horizon 1 m"):
+        line(4).connect(1.0, reach=reach)
+
+
+def test_cuts_look_as_far_as_bonds_reach(storage):
+    part = Part("plate", Box(size=(6.0, 1.0))).discretize(1.0).connect(1.0, storage=storage, reach=3.0)
+    assert part.bonds.cut(Segment((0.0, -0.4), (0.0, 0.4))) == 2 * (1 + 2 + 3)
 
 
 # -- representations ------------------------------------------------------------------------------------------------

@@ -72,7 +72,7 @@ def test_fields_of_bonds(body, size):
     one, two = both(*body)
     for part in (one, two):
         part.bonds.mark(zone, Box(size=[size] * body[0], center=[0.3] * body[0]))
-        part.bonds.tabulate(share, lambda lengths: lengths**2)
+        part.bonds.tabulate(share, lambda bonds: (bonds**2).sum(axis=1))
     assert np.array_equal(one[zone], two[zone])
     np.testing.assert_allclose(one[share], two[share], rtol=1e-12)
     two[zone] = 1

@@ -238,7 +238,7 @@ class Half(BondBased):
 def test_other_laws_do_not_inherit_the_potential_nor_the_fracture_energy():
     soft = Half(part_of(1), E=YOUNG)
     assert soft._potential is None
-    assert material("1-D")._potential is bond_based.linear_potential
+    assert material("1-D")._potential is bond_based.proportional_potential
     with pytest.raises(BadInput, match="holds for f = c s"):
         soft.critical_stretch(100.0)
 

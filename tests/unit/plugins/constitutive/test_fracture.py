@@ -96,7 +96,7 @@ def test_within_a_node_set(storage):
         CriticalStretch(0.1, within=3)
     pair = Connection(part, pairs=[[0, 5]])
     with pytest.raises(BadInput, match="'within bar' is a connection, which has no node sets: give a geometry"):
-        CriticalStretch(0.1, within="right").mark(pair)
+        BondBased(pair, c=1.0, fracture=CriticalStretch(0.1, within="right"))
 
 
 def test_two_regions_on_one_part_are_refused():

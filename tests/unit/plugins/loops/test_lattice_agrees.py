@@ -58,7 +58,7 @@ def graded_limit(stretch, grade, s0):
 
 
 def tabulated(part):
-    part.bonds.tabulate(grade, lambda lengths: 1.0 / (1.0 + lengths))
+    part.bonds.tabulate(grade, lambda bonds: 1.0 / (1.0 + np.linalg.norm(bonds, axis=1)))
     return [PairwiseForce(part, graded, Criterion(graded_limit, s0=0.02), c=2.0)]
 
 

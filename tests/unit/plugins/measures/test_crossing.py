@@ -16,14 +16,24 @@ def run(*relations):
     rbs.Analysis(list(relations)).run(steps=1, dt=1.0, force_dt=True, progress=False)
 
 
-@pytest.mark.parametrize("model", [BondBased, OrdinaryStateBased])
+MODELS = [
+    (BondBased, {}),
+    (BondBased, {"surface_correction": "energy"}),
+    (BondBased, {"surface_correction": "volume", "linear": True}),
+    (BondBased, {"partial_volume": "linear"}),
+    (OrdinaryStateBased, {"influence": "conical"}),
+]
+
+
+@pytest.mark.parametrize(("model", "arguments"), MODELS)
 @pytest.mark.parametrize("cloud", ["grid", "lattice"])
 @pytest.mark.parametrize("dimension", [1, 2, 3])
-def test_sections_carry_the_forces(dimension, cloud, model, rng):
+def test_sections_carry_the_forces(dimension, cloud, model, arguments, rng):
     """In any displacement, with broken bonds and at surfaces: ∫ ν·n over cells is the mean force at their two faces."""
     part = body(dimension, cloud)
     part[displacement] = rng.uniform(-1e-5, 1e-5, part.positions.shape)
-    force = model(part, E=1e9, **({} if dimension == 1 or model is BondBased else {"nu": 0.1}))
+    nu = {} if dimension == 1 or model is BondBased else {"nu": 0.1}
+    force = model(part, E=1e9, **nu, **arguments)
     run(*force.feeders, force, PeridynamicStress(part, force))
     column = np.rint((part.positions[:, 0] - part.positions[:, 0].min()) / part.spacing).astype(int)
     count = column.max() + 1
@@ -36,11 +46,13 @@ def test_sections_carry_the_forces(dimension, cloud, model, rng):
     np.testing.assert_allclose(carried, 0.5 * (faces[1:] + faces[:-1]), atol=1e-9 * np.abs(faces).max())
 
 
-def test_between_nodes_that_are_on_no_grid(rng):
-    """The whole moment of all bonds is there, wherever it is."""
-    part = body(2, "jittered")
+@pytest.mark.parametrize(("model", "arguments"), MODELS[:4])
+@pytest.mark.parametrize("cloud", ["jittered", "grid", "lattice"])
+def test_all_moments_are_there(cloud, model, arguments, rng):
+    """The sum over all cells is that of the collapsed stress."""
+    part = body(2, cloud)
     part[displacement] = rng.uniform(-1e-5, 1e-5, part.positions.shape)
-    steel = BondBased(part, E=1e9)
+    steel = model(part, E=1e9, **arguments)
     run(steel, PeridynamicStress(part, steel), Stress(part, steel))
     sizes = part[volume][:, None, None]
     wanted = (part[stress] * sizes).sum(axis=0)

@@ -111,8 +111,7 @@ def test_it_turns_with_the_body(dimension):
 def test_constants_of_a_plate_from_stress_and_strain(nu, cells, E_error, nu_error):
     """Sarego (2016, eq. 4.17), recomputed by its rule of volumes: errors of E and ν in percent, for ω = 1."""
     part = rbs.Part("plate", rbs.Box(size=(27e-3, 27e-3))).discretize(1e-3)
-    part.connect((cells + 0.5) * 1e-3 * (1 - 1e-6))
-    part.bonds.horizon = cells * 1e-3
+    part.connect(cells * 1e-3, reach=(cells + 0.5) * 1e-3)
     force = OrdinaryStateBased(part, E=E, nu=nu, partial_volume="linear")
     eps = np.diag([1e-7, 3e-8])
     part[displacement] = part.positions @ eps

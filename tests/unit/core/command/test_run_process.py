@@ -35,7 +35,7 @@ def test_run_as_a_process_in_the_folder_that_is_taken_by_default(file, tmp_path)
 def test_exit_codes_of_processes(file, tmp_path):
     assert rbs("run", file.name, "--steps", 1, "--quiet", cwd=tmp_path).returncode == 0
     missing = rbs("run", "missing.py", cwd=tmp_path)
-    assert (missing.returncode, missing.stderr) == (1, "rbs: BadInput: there is no file missing.py\n")
+    assert (missing.returncode, missing.stderr) == (2, "rbs: BadInput: there is no file missing.py\n")
     usage = rbs("run", cwd=tmp_path)
     assert usage.returncode == 2
     assert "the following arguments are required: file" in usage.stderr

@@ -1,0 +1,156 @@
+"""What correspondence models give their loops: arrays, numbers and the recipe."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rbs_core import BadInput, Field
+from rbs_core.part import Lattice, Part
+from rbs_plugins.constitutive.bond_based import across_of
+from rbs_plugins.constitutive.bonded import BondRelation
+from rbs_plugins.constitutive.fracture import Criterion
+from rbs_plugins.constitutive.influence import Influence, influences
+from rbs_plugins.constitutive.moduli import Moduli
+from rbs_plugins.constitutive.softening import BondSoftening
+from rbs_plugins.constitutive.stabilization import ZeroEnergyControl
+from rbs_plugins.fields import (
+    deformation_gradient,
+    displacement,
+    force_density,
+    largest_stretch,
+    reference_position,
+    volume,
+    volume_fraction,
+)
+from rbs_plugins.loops.arguments import Argument
+from rbs_plugins.loops.tensor_lattice import TensorLatticeLoops
+from rbs_plugins.loops.tensor_recipe import TensorRecipe
+from rbs_plugins.loops.tensor_rows import TensorRowLoops
+
+
+class CorrespondenceBonds(BondRelation):
+    """The loops of a correspondence model, made from what its arguments have become.
+
+    Attributes:
+        case: "1-D", "stress", "strain" or "3-D".
+        moduli: elastic constants.
+        horizon: δ, m.
+    """
+
+    part: Part
+    case: str
+    moduli: Moduli
+    horizon: float
+    _law: Callable[..., Any]
+    _potential: Callable[..., Any] | None
+    _thickness: Callable[..., Any] | None
+    _influence: Influence
+    _fracture: Criterion | None
+    _softening: BondSoftening | None
+    _control: ZeroEnergyControl | None
+    _state: tuple[Field, ...]
+    _fraction: bool
+    _law_arguments: tuple[Argument, ...]
+    _across_arguments: tuple[Argument, ...]
+    _potential_arguments: tuple[Argument, ...]
+    _criterion_arguments: tuple[Argument, ...]
+    _soft_arguments: tuple[Argument, ...]
+
+    @property
+    def _arguments(self) -> tuple[Argument, ...]:
+        nodes = (*self._law_arguments, *self._across_arguments, *self._potential_arguments)
+        return (*nodes, *self._criterion_arguments, *self._soft_arguments)
+
+    @property
+    def _zoned(self) -> bool:
+        return self._fracture is not None and self._fracture.within is not None
+
+    def attach(self) -> None:
+        if self.is_changed(volume):
+            raise BadInput(f"{self.label}: some relation changes the volumes, and shape tensors are computed once")
+        criterion = self._criterion_arguments
+        self._wants_gradient = self.wants(deformation_gradient)
+        asked = "".join(letter for letter in "FP" if any(a.name in (f"{letter}_i", f"{letter}_j") for a in criterion))
+        keeps = asked if "F" in asked or not self._wants_gradient else "F" + asked
+        self._recipe = TensorRecipe(
+            law=self._law,
+            law_arguments=self._law_arguments,
+            criterion=None if self._fracture is None else self._fracture.function,
+            criterion_arguments=criterion,
+            potential=self._potential,
+            potential_arguments=self._potential_arguments,
+            intact=self._fracture is not None or self.may_have_broken,
+            breakable=self._zoned,
+            uniform=self.uniform(volume) is not None,
+            late=self._fracture is not None and self._fracture.release == "next step",
+            case=self.case,
+            state=self._state,
+            thickness=self._thickness,
+            thickness_arguments=self._across_arguments,
+            gain=self._control is not None,
+            even=self._control is not None and self._control.even and isinstance(self.part.bonds.stored, Lattice),
+            softening=None if self._softening is None else self._softening.softening,
+            soft_arguments=self._soft_arguments,
+            keeps=keeps,
+            early=not asked,
+            **self.processor(),
+        )
+        self._bound = self.host.version
+        inputs, changing = self._inputs(), [a.array for a in self._arguments if a.kind == "node"]
+        changing = [a.array for a in self._arguments if a.kind == "node" and a.field and self.is_changed(a.field)]
+        lattice = isinstance(self.part.bonds.stored, Lattice)
+        make = TensorLatticeLoops if lattice else TensorRowLoops
+        self._loops = make(self._recipe, self.part, inputs, list(dict.fromkeys(changing)))
+        self._refuse_singular()
+
+    def _inputs(self) -> dict[str, Any]:
+        """Arrays and numbers, by the names that the loops know them by."""
+        part, r = self.part, self._recipe
+        stored, volumes = part.bonds.stored, self[volume]
+        if isinstance(stored, Lattice):
+            lengths, shares = stored.lengths, part.raw(volume_fraction) if self._fraction else 1.0
+        else:
+            lengths, shares = 1.0 / stored.inverse_lengths(), self[volume_fraction] if self._fraction else 1.0
+        omega = influences(self._influence, lengths, self.horizon, part.spacing, self.label)
+        mean = float(omega.mean()) if omega.size else 1.0
+        if not mean > 0:
+            raise BadInput(f"{self.label}: the influence '{self._influence.__name__}' is zero for all bonds")
+        mean_volume = float(volumes.mean())
+        unit, across = mean_volume * self.horizon**2, across_of(self.label, part)
+        flat, by_trace = (0.0, 0.0)
+        if self._control is not None:
+            flat, by_trace = self._control.gains(self.moduli, self.case, self.horizon, across, unit)
+        named: dict[str, Any] = {
+            "displacement": self[displacement],
+            "reference_position": self[reference_position],
+            "out": self[force_density],
+            "weights": omega / mean * shares,
+            "horizon": self.horizon,
+            "mean_volume": mean_volume,
+            "gain_flat": flat,
+            "gain_trace": by_trace,
+            "stiff": self.moduli.E if self.case == "1-D" else self.moduli.lame + 2 * self.moduli.G,
+            **{f"state_{field.name}": self[field] for field in self._state},
+            **{field.name: self.raw(field) for field in r.bond_fields},
+        }
+        if not r.uniform:
+            named["volume"] = volumes
+        if self._softening is not None:
+            named["largest_stretch"] = self[largest_stretch]
+        for argument in self._arguments:
+            if argument.kind == "parameter":
+                named[f"p_{argument.name}"] = argument.value
+            elif argument.field is not None:
+                named[argument.array] = self.raw(argument.field)
+        return named
+
+    def _refuse_singular(self) -> None:
+        bad = self._loops.check_shapes()
+        if len(bad):
+            node, counts = int(bad[0]), self.part.bonds.counts()
+            raise BadInput(
+                f"{self.label}: the shape tensor of {len(bad)} nodes is singular, first of node {node} at "
+                f"{self.part.positions[node].tolist()}, which has {counts[node]} bonds, in one plane or line if there "
+                "are any: take a larger horizon, more nodes across thin places, or another influence function"
+            )
