@@ -12,6 +12,7 @@ from rbs_core import BadInput, Field, Part, Trigger, always
 from rbs_core.relation import Fields, Key
 from rbs_plugins.constitutive.bonded import BondRelation
 from rbs_plugins.constitutive.corrections import set_partial_volume
+from rbs_plugins.constitutive.correspondence import Correspondence
 from rbs_plugins.constitutive.dilatation import precision_of
 from rbs_plugins.constitutive.influence import Influence, set_influence
 from rbs_plugins.constitutive.pairwise import PairwiseForce
@@ -87,6 +88,11 @@ def checked_forces(label: str, part: Part, forces: PairwiseForce | Sequence[Pair
     if not every:
         raise BadInput(f"{label}: no force is given: list the constitutive relations whose bonds carry the stress")
     for force in every:
+        if isinstance(force, Correspondence):
+            raise BadInput(
+                f"{label}: {force.label} has no scalar force state, and offers its own stress: list the field `stress` "
+                "in an exporter, and leave this measure out"
+            )
         if not isinstance(force, PairwiseForce):
             raise BadInput(f"{label}: {force!r} has no force state along its bonds: list relations such as BondBased")
         if force.host is not part:

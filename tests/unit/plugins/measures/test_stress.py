@@ -7,7 +7,8 @@ import pytest
 
 import rbs_core as rbs
 from rbs_core import BadInput
-from rbs_plugins import BondBased, Damage, OrdinaryStateBased, PeridynamicStress, StrainEnergy, Stress
+from rbs_plugins import BondBased, Correspondence, Damage, OrdinaryStateBased, PeridynamicStress, StrainEnergy, Stress
+from rbs_plugins.constitutive.stress import saint_venant_kirchhoff
 from rbs_plugins.fields import displacement, peridynamic_stress, strain_energy_density, stress, volume
 from rbs_plugins.testing import CLOUDS, body, ends, rotation
 
@@ -128,6 +129,8 @@ def test_bad_input_is_refused():
         Stress(part, [])
     with pytest.raises(BadInput, match="no force state"):
         Stress(part, [Damage(part)])
+    with pytest.raises(BadInput, match="offers its own stress"):
+        Stress(part, [Correspondence(part, saint_venant_kirchhoff, E=E, nu=0.3)])
     with pytest.raises(BadInput, match="other bonds"):
         Stress(part, BondBased(other, E=E))
     with pytest.raises(BadInput, match="kind='Kirchhoff' must be one of"):
