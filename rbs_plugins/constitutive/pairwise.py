@@ -30,7 +30,7 @@ from rbs_plugins.fields import (
     volume_fraction,
 )
 from rbs_plugins.loops import BATCH_BELOW
-from rbs_plugins.loops.arguments import fields, resolve
+from rbs_plugins.loops.arguments import Argument, fields, resolve
 from rbs_plugins.loops.joint import JointLoops
 from rbs_plugins.loops.lattice import LatticeLoops
 from rbs_plugins.loops.recipe import Recipe
@@ -290,6 +290,15 @@ class PairwiseForce(BondRelation):
         if self._energies is None:
             self._energies = self.energy_loops()
         return self._energies
+
+    def force_state(self) -> tuple[Callable[..., Any], tuple[Argument, ...], float]:
+        """The scalar force state t of a node: function, its arguments and a factor; here half of the pairwise force."""
+        return self._law, self._law_arguments, 0.5
+
+    @property
+    def now(self) -> tuple[float, float]:
+        """Time and dt of the last force, s."""
+        return self._now[0], self._now[1]
 
     def energy_loops(self) -> BondLoops:
         """The loops that energies are asked from."""
