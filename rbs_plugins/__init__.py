@@ -33,6 +33,7 @@ from rbs_plugins.constitutive.stabilization import SillingControl, WanControl
 from rbs_plugins.constitutive.strength import Weibull
 from rbs_plugins.exporters.animation import AnimationExporter
 from rbs_plugins.exporters.connections import ConnectionExporter
+from rbs_plugins.exporters.crack_path import CrackPath, crack_paths
 from rbs_plugins.exporters.hdf5 import HDF5Exporter
 from rbs_plugins.exporters.neighborhoods import NeighborhoodExporter
 from rbs_plugins.exporters.picture import PictureExporter
@@ -43,7 +44,13 @@ from rbs_plugins.exporters.text import TextExporter
 from rbs_plugins.exporters.vtk import VTKExporter
 from rbs_plugins.exporters.vtkhdf import VTKHDFExporter
 from rbs_plugins.integrators.explicit import Drift, Kick, SymplecticEuler, VelocityVerlet
-from rbs_plugins.measures import FractureDissipation, KineticEnergy, StrainEnergy
+from rbs_plugins.measures.crack import CrackTip
+from rbs_plugins.measures.crossing import PeridynamicStress
+from rbs_plugins.measures.energy import FractureDissipation, KineticEnergy, StrainEnergy
+from rbs_plugins.measures.j_integral import JIntegral
+from rbs_plugins.measures.reaction import ReactionForce
+from rbs_plugins.measures.strain import Strain
+from rbs_plugins.measures.stress import Stress
 
 __all__ = [
     "AnimationExporter",
@@ -54,6 +61,8 @@ __all__ = [
     "CSVExporter",
     "ConnectionExporter",
     "Correspondence",
+    "CrackPath",
+    "CrackTip",
     "Criterion",
     "CriticalBondEnergy",
     "CriticalEquivalentStrain",
@@ -66,6 +75,7 @@ __all__ = [
     "Drift",
     "FractureDissipation",
     "HDF5Exporter",
+    "JIntegral",
     "Kick",
     "KineticEnergy",
     "MaximumPrincipalStress",
@@ -73,12 +83,16 @@ __all__ = [
     "NeighborhoodExporter",
     "OrdinaryStateBased",
     "PairwiseForce",
+    "PeridynamicStress",
     "PictureExporter",
+    "ReactionForce",
     "Rotation",
     "Search",
     "ShortRangeRepulsion",
     "SillingControl",
+    "Strain",
     "StrainEnergy",
+    "Stress",
     "SymplecticEuler",
     "TextExporter",
     "Translation",
@@ -88,6 +102,7 @@ __all__ = [
     "ViscousDamping",
     "WanControl",
     "Weibull",
+    "crack_paths",
     "critical_bond_energy",
     "fields",
     "largest",
@@ -122,6 +137,13 @@ def rbs_relations() -> Iterable[type[rbs.Relation]]:
         KineticEnergy,
         StrainEnergy,
         FractureDissipation,
+        Strain,
+        Stress,
+        PeridynamicStress,
+        ReactionForce,
+        CrackTip,
+        JIntegral,
+        CrackPath,
         VTKExporter,
         VTKHDFExporter,
         HDF5Exporter,

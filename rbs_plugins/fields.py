@@ -20,6 +20,16 @@ dissipation_density = Field(
 deformation_gradient = Field(
     "deformation_gradient", "node", "tensor", "1", "F", "Deformation of the family of a node as a whole."
 )
+strain = Field("strain", "node", "tensor", "1", "ε", "Strain of the family of a node as a whole.")
+stress = Field("stress", "node", "tensor", "Pa", "ν", "Collapsed stress: force states of the family times its bonds.")
+peridynamic_stress = Field(
+    "peridynamic_stress",
+    "node",
+    "tensor",
+    "Pa",
+    "ν_k",
+    "Stress of all bonds that pass the cell of a node, mean of the cell.",
+)
 plastic_strain = Field(
     "plastic_strain", "node", "tensor", "1", "ε_p", "Plastic part of the strain, without change of volume."
 )
@@ -93,6 +103,15 @@ viscous_dissipation = Field(
 fracture_dissipation = Field(
     "fracture_dissipation", "part", "scalar", "J", "Φ", "Energy that the bonds held when they broke."
 )
+singular_families = Field(
+    "singular_families", "part", "scalar", "1", "n", "Number of nodes whose bonds span no volume: they show no strain."
+)
+reaction_force = Field("reaction_force", "part", "vector", "N", "R", "Force that holds the nodes of a region.")
+crack_tip = Field("crack_tip", "part", "vector", "m", "x", "Foremost damaged place, in the reference configuration.")
+crack_tip_speed = Field("crack_tip_speed", "part", "scalar", "m/s", "v", "Speed of the crack tip along its direction.")
+j_integral = Field(
+    "j_integral", "part", "scalar", "J/m^2", "J", "Energy release rate of a straight crack, the J-integral."
+)
 
 VOCABULARY = (
     displacement,
@@ -103,6 +122,9 @@ VOCABULARY = (
     strain_energy_density,
     dissipation_density,
     deformation_gradient,
+    strain,
+    stress,
+    peridynamic_stress,
     plastic_strain,
     equivalent_plastic_strain,
     critical_stretch,
@@ -124,6 +146,11 @@ VOCABULARY = (
     external_work,
     viscous_dissipation,
     fracture_dissipation,
+    singular_families,
+    reaction_force,
+    crack_tip,
+    crack_tip_speed,
+    j_integral,
 )
 
 __all__ = [*(field.name for field in VOCABULARY), "VOCABULARY", "intact", "reference_position", "volume"]

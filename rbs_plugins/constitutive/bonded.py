@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,10 +24,23 @@ Arrays = Sequence[NDArray[Any]]
 BondLoops = RowLoops | LatticeLoops | JointLoops
 
 
+def unbreaking(recipe: Recipe, **changes: Any) -> Recipe:
+    """A recipe for other sums over the same bonds, in which nothing fails."""
+    return replace(
+        recipe, criterion=None, criterion_arguments=(), potential=None, potential_arguments=(), freed=None,
+        breakable=False, dissipation=False, late=False, **changes,
+    )  # fmt: skip
+
+
 def require_bonds(name: str, host: Host) -> None:
     """Raises BadInput if a part is not connected."""
     if isinstance(host, Host) and not host.connected:
         raise BadInput(f"{name} '{host.name}': the part has no bonds: call part.connect(horizon=...) first")
+
+
+def precision_of(part: Part) -> type[np.floating[Any]]:
+    """Type of the numbers in the fields of a part."""
+    return np.float32 if part.precision == "single" else np.float64
 
 
 class BondRelation(Constitutive):
@@ -98,10 +112,14 @@ class BondRelation(Constitutive):
     def processor(self) -> dict[str, Any]:
         """What of a recipe depends on the machine, on how bonds are stored and in which precision."""
         lattice = self.host.bonds.storage == "lattice"
-        real = self[displacement].dtype.name if lattice else "float64"
+        real = np.dtype(precision_of(self.part)).name if lattice else "float64"
         # lists wait for gathers, and divide meanwhile
         way = roots.way(real) if lattice else "hardware"
         return {"roots": way, "processor": machine.processor(), "real": real, "dimension": self.host.dimension}
+
+    def present(self) -> tuple[Callable[[float, float], None], dict[Field, Arrays]]:
+        """For loops of the present displacement: what to call with time and dt first, arrays in place of fields."""
+        return lambda time, dt: None, {}
 
     def make_loops(
         self,
@@ -117,7 +135,8 @@ class BondRelation(Constitutive):
             felt: fields at nodes to which the loops add, or an array for each end, by the names of the loops; "out" is
                 the first of them.
             active: as the user has chosen.
-            instead: arrays, one for each end, that the functions get in place of those of a field.
+            instead: arrays, one for each end, that the loops get in place of those of a field; also of the
+                displacement, and of the volume where a recipe is not uniform.
 
         Raises:
             BadInput: if nodes shall be skipped that cannot be.
@@ -127,14 +146,15 @@ class BondRelation(Constitutive):
         why = recipe.why_never_quiet(stored.lengths) if isinstance(stored, Lattice) else "the bonds are stored as list"
         if active and why is not None:
             raise BadInput(f"{self.label}: active=True skips nodes that nothing has reached, but {why}: leave it out")
+        other = instead or {}
         at_nodes: dict[str, Field | Arrays] = {
-            "displacement": displacement, "reference_position": reference_position, **felt
+            "displacement": other.get(displacement, displacement), "reference_position": reference_position, **felt
         }  # fmt: skip
         others: dict[str, Any] = {"cell": 1.0}
         if recipe.uniform:
             others["cell"] = self.uniform(volume)
         else:
-            at_nodes["volume"] = volume
+            at_nodes["volume"] = other.get(volume, volume)
         for field in recipe.bond_fields:
             others[field.name] = self.raw(self.at_bonds(field)[0])
         for argument in recipe.arguments:
@@ -143,7 +163,7 @@ class BondRelation(Constitutive):
             elif argument.field is not None and argument.field.at == "bond":
                 others[argument.array] = self.raw(self.at_bonds(argument.field)[0])
             elif argument.field is not None:
-                at_nodes[argument.array] = (instead or {}).get(argument.field, argument.field)
+                at_nodes[argument.array] = other.get(argument.field, argument.field)
         arrays = {name: self._arrays(given) for name, given in at_nodes.items()}
         changing = [name for name, given in at_nodes.items() if name not in felt and self._may_change(given)]
         if isinstance(self.host, Connection):

@@ -15,7 +15,7 @@ from rbs_core.report import log
 from rbs_core.trigger import Clock
 from rbs_plugins.constitutive.bond_based import plane_of
 from rbs_plugins.constitutive.corrections import set_partial_volume
-from rbs_plugins.constitutive.correspondence_bonds import CorrespondenceBonds
+from rbs_plugins.constitutive.correspondence_bonds import TENSORS, CorrespondenceBonds
 from rbs_plugins.constitutive.fracture import Criterion
 from rbs_plugins.constitutive.influence import Influence, influence_function
 from rbs_plugins.constitutive.moduli import Moduli
@@ -24,7 +24,6 @@ from rbs_plugins.constitutive.stabilization import SillingControl, ZeroEnergyCon
 from rbs_plugins.constitutive.stress import LAWS, Known, saint_venant_kirchhoff
 from rbs_plugins.fields import (
     breakable,
-    deformation_gradient,
     density,
     displacement,
     force_density,
@@ -70,6 +69,9 @@ class Correspondence(CorrespondenceBonds):
     all sums; K is computed once, and anew for the ends of bonds that fail. A node whose K becomes singular in that way
     (bonds in nearly one plane or line, or none) has F = I and no stress or control of its own from then on; its bonds
     carry what their other end gives them. `singular_nodes` names such nodes, and the log says when there are any.
+
+    F is offered as `deformation_gradient`, P as `stress`: the collapsed stress Σ T⟨ξ⟩⊗ξ V is P, to which a control adds
+    nothing.
     """
 
     adds: Fields = (force_density,)
@@ -182,8 +184,8 @@ class Correspondence(CorrespondenceBonds):
 
     @property
     def offers(self) -> Fields:  # type: ignore[override]
-        """The deformation gradient."""
-        return (deformation_gradient,)
+        """The deformation gradient, and P."""
+        return tuple(TENSORS)
 
     @property
     def storages(self) -> tuple[str, ...]:  # type: ignore[override]
@@ -210,8 +212,8 @@ class Correspondence(CorrespondenceBonds):
             raise self.blame()
         if broke and self._loops.lost:
             self._report()
-        if self._wants_gradient:
-            self._loops.gradients(self[deformation_gradient])
+        for field, letter in self._wanted.items():
+            self._loops.tensors(letter, self[field])
 
     @property
     def singular_nodes(self) -> NDArray[np.int64]:

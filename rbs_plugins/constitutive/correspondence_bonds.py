@@ -20,6 +20,7 @@ from rbs_plugins.fields import (
     force_density,
     largest_stretch,
     reference_position,
+    stress,
     volume,
     volume_fraction,
 )
@@ -27,6 +28,8 @@ from rbs_plugins.loops.arguments import Argument
 from rbs_plugins.loops.tensor_lattice import TensorLatticeLoops
 from rbs_plugins.loops.tensor_recipe import TensorRecipe
 from rbs_plugins.loops.tensor_rows import TensorRowLoops
+
+TENSORS = {deformation_gradient: "F", stress: "P"}  # what is offered of each node, and its letter in the loops
 
 
 class CorrespondenceBonds(BondRelation):
@@ -56,6 +59,7 @@ class CorrespondenceBonds(BondRelation):
     _potential_arguments: tuple[Argument, ...]
     _criterion_arguments: tuple[Argument, ...]
     _soft_arguments: tuple[Argument, ...]
+    _wanted: dict[Field, str]
 
     @property
     def _arguments(self) -> tuple[Argument, ...]:
@@ -70,9 +74,9 @@ class CorrespondenceBonds(BondRelation):
         if self.is_changed(volume):
             raise BadInput(f"{self.label}: some relation changes the volumes, and shape tensors are computed once")
         criterion = self._criterion_arguments
-        self._wants_gradient = self.wants(deformation_gradient)
+        self._wanted = {field: letter for field, letter in TENSORS.items() if self.wants(field)}
         asked = "".join(letter for letter in "FP" if any(a.name in (f"{letter}_i", f"{letter}_j") for a in criterion))
-        keeps = asked if "F" in asked or not self._wants_gradient else "F" + asked
+        keeps = "".join(letter for letter in "FP" if letter in asked or letter in self._wanted.values())
         self._recipe = TensorRecipe(
             law=self._law,
             law_arguments=self._law_arguments,

@@ -14,7 +14,7 @@ from rbs_core import BadInput, Part, Relation, Trigger, always
 from rbs_core.part import Connection
 from rbs_core.relation import Fields, Key
 from rbs_core.trigger import Clock
-from rbs_plugins.constitutive.bonded import BondRelation
+from rbs_plugins.constitutive.bonded import BondRelation, precision_of
 from rbs_plugins.constitutive.corrections import set_partial_volume
 from rbs_plugins.constitutive.influence import Influence, influence_at, set_influence
 from rbs_plugins.fields import (
@@ -154,7 +154,9 @@ class Dilatation(BondRelation):
         """What the bonds of the host add to the weighted volumes (n,) of a part, m^5."""
         sums = [np.zeros(len(end), precision_of(end)) for end in self.ends]
         only_intact = self.rule == "intact" and self.host.bonds.has_broken
-        loops = self.make_loops(self._recipe(weight, self._weights, only_intact), {"out": sums}, active=False)
+        still = {displacement: [np.zeros((len(end), end.dimension), precision_of(end)) for end in self.ends]}
+        recipe = self._recipe(weight, self._weights, only_intact)
+        loops = self.make_loops(recipe, {"out": sums}, active=False, instead=still)
         loops.begin()
         loops.add(0.0, 0.0)
         return sums[self.ends.index(part)].astype(np.float64)
@@ -253,11 +255,6 @@ class PresentDilatation:
             if each.may_have_broken:
                 loops.begin()
             loops.add(time, dt)
-
-
-def precision_of(part: Part) -> type[np.floating[Any]]:
-    """Type of the numbers in the fields of a part."""
-    return np.float32 if part.precision == "single" else np.float64
 
 
 def full_weighted_volume(of: Dilatation) -> float:

@@ -23,6 +23,15 @@ def linear_solid(
     return influence * (grown * reference_length + stiff * extension)
 
 
+def own_pull(
+    extension, reference_length, influence, dilatation_i, inverse_weighted_volume_i, dilatational_modulus_i,
+    deviatoric_modulus_i,
+):  # fmt: skip
+    """The scalar force state t of the node, ω (κ ϑ |ξ| + α m e) / m."""
+    grown = dilatational_modulus_i * dilatation_i * reference_length
+    return influence * inverse_weighted_volume_i * (grown + deviatoric_modulus_i * extension)
+
+
 def held(
     extension, reference_length, influence, dilatation_i, dilatation_j,
     inverse_weighted_volume_i, inverse_weighted_volume_j, dilatational_modulus_i, dilatational_modulus_j,

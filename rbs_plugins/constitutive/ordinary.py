@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rbs_core import BadInput, Part, Trigger, always
+from rbs_core import BadInput, Field, Part, Trigger, always
 from rbs_core.part import Connection
 from rbs_plugins.constitutive.bond_based import plane_of
-from rbs_plugins.constitutive.bonded import BondLoops, require_bonds
-from rbs_plugins.constitutive.dilatation import Dilatation, PresentDilatation, precision_of
+from rbs_plugins.constitutive.bonded import Arrays, BondLoops, precision_of, require_bonds, unbreaking
+from rbs_plugins.constitutive.dilatation import Dilatation, PresentDilatation
 from rbs_plugins.constitutive.fracture import Criterion
 from rbs_plugins.constitutive.influence import Influence, influence_at
 from rbs_plugins.constitutive.linear_solid import (
@@ -24,12 +24,13 @@ from rbs_plugins.constitutive.linear_solid import (
     held,
     linear_solid,
     moduli,
+    own_pull,
     stiffest,
 )
 from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.constitutive.separation import fracture_energy_of_unit_stretch
 from rbs_plugins.fields import density, deviatoric_modulus, dilatation, dilatational_modulus
-from rbs_plugins.loops.arguments import resolve
+from rbs_plugins.loops.arguments import Argument, resolve
 from rbs_plugins.loops.recipe import Recipe
 
 
@@ -162,10 +163,19 @@ class OrdinaryStateBased(PairwiseForce):
             recipe, freed=freed if self.recording else None, still=("dilatation",), scales=(*recipe.scales, *scales)
         )
 
+    def force_state(self) -> tuple[Callable[..., Any], tuple[Argument, ...], float]:
+        """The scalar force state t of a node, by its own material and dilatation."""
+        return own_pull, tuple(resolve(own_pull, self.host, self._fixed)), 1.0
+
+    def present(self) -> tuple[Callable[[float, float], None], dict[Field, Arrays]]:
+        if not self.path_dependent:
+            return super().present()
+        found = PresentDilatation(self._scene, self.ends)
+        return found.refresh, {dilatation: found.arrays}
+
     def energy_loops(self) -> BondLoops:
         """Loops with dilatations of their own: those of the present displacement, whenever somebody asks."""
-        self._present = PresentDilatation(self._scene, self.ends) if self.path_dependent else None
-        arrays = {} if self._present is None else {dilatation: self._present.arrays}
+        self._refresh, arrays = self.present()
         recipe = replace(super().recipe(), dissipation=False)  # only the force breaks bonds
         loops = self.make_loops(recipe, {"out": self._unused()}, instead=arrays)
         loops.begin()
@@ -173,8 +183,7 @@ class OrdinaryStateBased(PairwiseForce):
 
     def energy(self, out: NDArray[np.float64], part: Part | None = None) -> None:
         self._loops_of_energy()
-        if self._present is not None:
-            self._present.refresh(*self._now)
+        self._refresh(*self._now)
         super().energy(out, part)
 
     def _unused(self) -> list[NDArray[Any]]:
@@ -191,10 +200,7 @@ class OrdinaryStateBased(PairwiseForce):
         uniform = "deviatoric_modulus_i" in self._fixed
         numbers = {f"deviatoric_modulus_{end}": float(np.max(bounds[0])) for end in "ij"} if uniform else {}
         arguments = resolve(stiffest, self.host, {**self.dilatation.given, **numbers})
-        recipe = replace(
-            super().recipe(), law=stiffest, law_arguments=tuple(arguments), criterion=None, criterion_arguments=(),
-            potential=None, potential_arguments=(), intact=False, breakable=False, dissipation=False, sums="total",
-        )  # fmt: skip
+        recipe = unbreaking(self.recipe(), sums="total", law=stiffest, law_arguments=tuple(arguments), intact=False)
         sums = [np.zeros(len(end), precision_of(end)) for end in self.ends]
         arrays = [
             np.broadcast_to(b, (len(end),)).astype(precision_of(end)) for b, end in zip(bounds, self.ends, strict=True)

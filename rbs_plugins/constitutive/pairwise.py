@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Hashable, Sequence
 from typing import Any, ClassVar
 
@@ -29,7 +30,7 @@ from rbs_plugins.fields import (
     volume_fraction,
 )
 from rbs_plugins.loops import BATCH_BELOW
-from rbs_plugins.loops.arguments import fields, resolve
+from rbs_plugins.loops.arguments import Argument, fields, resolve
 from rbs_plugins.loops.joint import JointLoops
 from rbs_plugins.loops.lattice import LatticeLoops
 from rbs_plugins.loops.recipe import Recipe
@@ -99,6 +100,7 @@ class PairwiseForce(BondRelation):
         self.adds = self.at_nodes(force_density)
         self._law, self._fracture, self._potential = law, fracture, potential
         self._active, self._linear = active, linear
+        self._warned = False  # of a step that is too large for new bonds
         self._called = False  # whether the loops hold the positions of an earlier force
         self._now = [0.0, 0.0]  # time and dt of the last force
         self._fraction = set_partial_volume(part, partial_volume)
@@ -236,10 +238,22 @@ class PairwiseForce(BondRelation):
     def apply(self, clock: Clock) -> None:
         if self.outdated_bonds:
             self.attach()
+            self._warn_of_step(clock)
         self._called = True
         self._now = [clock.time, clock.dt]
         if not self._loops.add(clock.time, clock.dt, bool(self.starts)):
             raise self.blame()
+
+    def _warn_of_step(self, clock: Clock) -> None:
+        """Says once if bonds that were found during the run are too stiff for its step."""
+        highest = max((float(each.max(initial=0.0)) for each in self.squared_frequencies().values()), default=0.0)
+        if highest * clock.dt**2 > 4.0 and not self._warned:
+            self._warned = True
+            warnings.warn(
+                f"{self.label}: the bonds found at step {clock.step} allow a time step of {2.0 / highest**0.5:.3g} s, "
+                f"and it is {clock.dt:.3g} s: the run will blow up; give dt",
+                stacklevel=2,
+            )
 
     def can_start(self, key: Key) -> bool:
         return isinstance(self._loops, LatticeLoops)
@@ -281,6 +295,15 @@ class PairwiseForce(BondRelation):
         if self._energies is None:
             self._energies = self.energy_loops()
         return self._energies
+
+    def force_state(self) -> tuple[Callable[..., Any], tuple[Argument, ...], float]:
+        """The scalar force state t of a node: function, its arguments and a factor; here half of the pairwise force."""
+        return self._law, self._law_arguments, 0.5
+
+    @property
+    def now(self) -> tuple[float, float]:
+        """Time and dt of the last force, s."""
+        return self._now[0], self._now[1]
 
     def energy_loops(self) -> BondLoops:
         """The loops that energies are asked from."""

@@ -47,7 +47,7 @@ class LatticeLoops:
         self._moved, self._busy = np.zeros(count, np.bool_), np.ones(count, np.bool_)
         self._alive = np.zeros((count, max(len(stored.steps), 1)), np.uint8)
         self.position = np.zeros((part.dimension, stored.size), self._real)
-        self._targets = np.zeros_like(self.position)
+        self._targets = np.zeros((lattice_text.components(recipe), stored.size), self._real)
         by_cell = self._of_cells(inputs)
         self._inputs: dict[str, Any] = {
             **by_cell,
@@ -58,7 +58,7 @@ class LatticeLoops:
             "busy": self._busy.view(np.uint8),
             "alive": self._alive,
             "failed": np.zeros_like(self._alive),
-            "scratch": scratch(self._real.name),
+            "scratch": scratch(self._real.name, lattice_text.components(recipe)),
         }
         if recipe.breakable:
             self._inputs["zone"] = inputs["breakable"]

@@ -24,6 +24,11 @@ PLAIN = "@njit(error_model='numpy', no_cpython_wrapper=True, no_cfunc_wrapper=Tr
 CHUNK = 1024
 
 
+def components(r: Recipe) -> int:
+    """How many numbers the sums give a node."""
+    return {"force": r.dimension, "total": 1}.get(r.sums, r.dimension**2)
+
+
 class LatticeBody(Body):
     """Spelling of what belongs to the bond from cell q of a range to the cell ahead."""
 
@@ -47,7 +52,7 @@ class LatticeBody(Body):
         arrays |= dict.fromkeys(surface.at_nodes(self.recipe), "ij")
         for argument in self.used:
             if argument.kind == "node":
-                ends = "ij" if self.recipe.sums == "total" else argument.name[-1]
+                ends = argument.name[-1] if self.recipe.sums == "force" else "ij"
                 arrays[argument.array] = arrays.get(argument.array, "") + ends
         return arrays
 
@@ -169,6 +174,24 @@ def total(r: Recipe) -> str:
     return body.loop("total", 1, [*lines, *body.both("value", "back" if swapped else None)], SKIP)
 
 
+def tensor(r: Recipe) -> str:
+    """Adds sums of a scalar law times η⊗ξ, or d/|d|⊗ξ, by cell: both ends see the same product."""
+    body = LatticeBody(r, r.law_arguments)
+    unit, moved = (" * quotient", "d") if r.sums == "moment" else ("", "e")
+    here, ahead = ("", "") if r.uniform else (" * ahead_volume[q]", " * here_volume[q]")
+    back = body.call("law", r.law_arguments, **body.swapped(r.law_arguments))
+    lines = [*body.lines(), "counts = holds",
+             f"value = REAL({body.call('law', r.law_arguments)}){body.weight}{unit}{here}",
+             f"back = REAL({back}){body.weight}{unit}{ahead}"]  # fmt: skip
+    for k in body.axes:
+        for m in body.axes:
+            n = k * r.dimension + m
+            lines += [f"product = {moved}{k} * x{m}",
+                      f"own{n}[q] = fused(value, product, own{n}[q]) if counts else own{n}[q]",
+                      f"other{n}[q] = fused(back, product, other{n}[q]) if counts else other{n}[q]"]  # fmt: skip
+    return body.loop(r.sums, components(r), lines, SKIP)
+
+
 def energy(r: Recipe) -> str:
     """Adds strain energy densities by cell."""
     body = LatticeBody(r, r.of_energy)
@@ -203,7 +226,10 @@ def release(r: Recipe) -> str:
     return body.loop("release", 0, lines, ONLY_FAILED, zoned=r.breakable)
 
 
-LOOPS = {"force": force, "total": total, "energy": energy, "stiffness": stiffness, "record": record, "release": release}
+LOOPS = {
+    "force": force, "total": total, "tensor": tensor, "moment": tensor,
+    "energy": energy, "stiffness": stiffness, "record": record, "release": release,
+}  # fmt: skip
 
 
 @cache

@@ -19,13 +19,13 @@ ALIGNMENT = 64  # bytes, of the widest vectors
 
 
 @cache
-def scratch(kind: str) -> NDArray[Any]:
+def scratch(kind: str, sums: int = 3) -> NDArray[Any]:
     """Room for the sums of one range per thread, shared by all loops: a loop fills it anew in every range.
 
-    The rows begin where vectors of the machine do. The fourth one keeps threads apart: what one is about to load ahead
-    of itself must not be what another one stores.
+    The rows begin where vectors of the machine do. One more than the sums keeps threads apart: what one is about to
+    load ahead of itself must not be what another one stores.
     """
-    shape = (getattr(numba.config, "NUMBA_NUM_THREADS", 1), 4, CHUNK)
+    shape = (getattr(numba.config, "NUMBA_NUM_THREADS", 1), max(sums, 3) + 1, CHUNK)
     room = np.zeros(int(np.prod(shape)) * np.dtype(kind).itemsize + ALIGNMENT, np.uint8)
     begin = -room.ctypes.data % ALIGNMENT
     return room[begin : begin + len(room) - ALIGNMENT].view(kind).reshape(shape)

@@ -41,7 +41,8 @@ class Recipe:
     Attributes:
         dimension: 1, 2 or 3.
         law, criterion, potential: plain functions; the last two may be None.
-        sums: what the loops are for: "force", Σ law β V d/|d|; "total", Σ law β V of any scalar law; or
+        sums: what the loops are for: "force", Σ law β V d/|d|, or "total", Σ law β V of any scalar law; "tensor",
+            Σ law β V η⊗ξ (η = d − ξ), or "moment", Σ law β V d/|d|⊗ξ: d × d components, for bonds of one part only;
             "work", no sum: the work of the law on each bond.
         still, scales: names of fields that are zero where nothing has moved yet, and of those that only multiply:
             a law that asks for no others may be zero at rest all the same.

@@ -24,6 +24,7 @@ from rbs_plugins.loops.recipe import FAILS, SLOPE_STEP, Body, Recipe, indented, 
 # Sums may be reordered (they vectorise then); NaN and infinity keep their meaning.
 SUMS = "@njit(error_model='numpy', fastmath={'reassoc', 'contract', 'nsz'})"
 ROWS = 256  # in a range
+TENSORS = ("tensor", "moment")
 
 
 class _Body(Body):
@@ -51,7 +52,8 @@ class _Body(Body):
         arrays = dict.fromkeys(a.array for a in self.used if a.field is not None)
         flagged = [flag for flag, there in flags if there]
         flagged += ["reference"] if r.linear else []
-        names = ["offsets", "neighbors", "inverse", "y", "out", *flagged, *more, *arrays, *self.numbers]
+        start = ["reference_position"] if r.sums in TENSORS else []
+        names = ["offsets", "neighbors", "inverse", "y", *start, "out", *flagged, *more, *arrays, *self.numbers]
         loop = [*self.head, "wrong = 0", "for i in range(begin, end):", *indented([*self.row(), *body]), "return wrong"]
         return "\n".join([SUMS, f"def {name}(begin, end, thread, {', '.join(names)}):", *indented(loop)])
 
@@ -122,6 +124,21 @@ def _total(r: Recipe) -> str:
                          f"out[i] += total{body.after}", "if not isfinite(total):", "    wrong += 1")  # fmt: skip
 
 
+def _tensor(r: Recipe) -> str:
+    body = _Body(r, r.law_arguments)
+    unit, moved = (" * quotient", "d") if r.sums == "moment" else ("", "e")
+    pairs = [(k, m) for k in body.axes for m in body.axes]
+    lines = [*body.bond(), *(f"x{k} = reference_position[j, {k}] - reference_position[i, {k}]" for k in body.axes),
+             *(f"e{k} = d{k} - x{k}" for k in body.axes if moved == "e"),
+             f"value = {body.call('law', r.law_arguments)}{body.weight}{unit}",
+             *(["value = value if row_intact[q] != 0 else 0.0"] if r.intact else []),
+             *(f"t{k}{m} += value * {moved}{k} * x{m}" for k, m in pairs)]  # fmt: skip
+    finite = " and ".join(f"isfinite(t{k}{m})" for k, m in pairs)
+    return body.function(r.sums, *(f"t{k}{m} = 0.0" for k, m in pairs), "for q in range(row_neighbors.size):",
+                         *indented(lines), *(f"out[i, {k}, {m}] += t{k}{m}{body.after}" for k, m in pairs),
+                         f"if not ({finite}):", "    wrong += 1")  # fmt: skip
+
+
 def _work(r: Recipe) -> str:
     """Adds the work of the law since the last call to each bond."""
     body = _Body(r, r.law_arguments)
@@ -167,7 +184,8 @@ def _kinematics(r: Recipe) -> list[str]:
 @cache
 def _text(name: str, recipe: Recipe) -> Text:
     """The module of one of the loops above."""
-    make = {"force": _force, "total": _total, "energy": _energy, "stiffness": _stiffness, "work": _work}[name]
+    make = {"force": _force, "total": _total, "tensor": _tensor, "moment": _tensor, "energy": _energy,
+            "stiffness": _stiffness, "work": _work}[name]  # fmt: skip
     return recipe.text(*_kinematics(recipe), make(recipe))
 
 

@@ -50,10 +50,13 @@ def bond_factors(kind: str, stored: Rows, ends: NDArray[np.float64]) -> NDArray[
     """(m,) factors of the bonds of a list from (n, q) factors of their ends; the same from either end, to the bit."""
     factors = np.empty(len(stored))
     for run, nodes, others, bonds in stored.runs():
-        both = ends[nodes] + ends[others]
-        if kind == VOLUMES:
-            factors[run] = 2.0 / both[:, 0]
-        else:
-            way = bonds * stored.inverse[run][:, None] / both
-            factors[run] = 0.5 / np.sqrt((way * way).sum(axis=1))
+        factors[run] = factors_between(kind, ends[nodes] + ends[others], bonds * stored.inverse[run][:, None])
     return factors
+
+
+def factors_between(kind: str, both: NDArray[np.float64], directions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(m,) factors of bonds from sums (m, q) of the factors of their ends, and directions (m, d) of length 1."""
+    if kind == VOLUMES:
+        return np.asarray(2.0 / both[:, 0])
+    way = directions / both
+    return np.asarray(0.5 / np.sqrt((way * way).sum(axis=1)))

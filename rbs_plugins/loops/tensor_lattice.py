@@ -263,9 +263,9 @@ class TensorLatticeLoops:
             held[name][...] = values
         return np.asarray(found)
 
-    def gradients(self, out: NDArray[Any]) -> None:
-        """Writes the deformation gradients (n, d, d) of the last force."""
-        d, kept = self._recipe.dimension, self._inputs["kept_F"]
+    def tensors(self, letter: str, out: NDArray[Any]) -> None:
+        """Writes the deformation gradients "F" or stresses "P" (n, d, d) of the last force."""
+        d, kept = self._recipe.dimension, self._inputs[f"kept_{letter}"]
         out[...] = kept[: d * d, self._stored.cells].T.reshape(out.shape)
 
     @property

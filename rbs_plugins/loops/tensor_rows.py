@@ -156,9 +156,9 @@ class TensorRowLoops:
             held[name][...] = values
         return np.asarray((out + here) / self._horizon**2)
 
-    def gradients(self, out: NDArray[Any]) -> None:
-        """Writes the deformation gradients (n, d, d) of the last force."""
-        out[...] = self._inputs["kept_F"][:, : self._d**2].reshape(out.shape)
+    def tensors(self, letter: str, out: NDArray[Any]) -> None:
+        """Writes the deformation gradients "F" or stresses "P" (n, d, d) of the last force."""
+        out[...] = self._inputs[f"kept_{letter}"][:, : self._d**2].reshape(out.shape)
 
     @property
     def nbytes(self) -> int:

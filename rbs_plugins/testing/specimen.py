@@ -22,7 +22,7 @@ import rbs_core as rbs
 from rbs_core.relation import WORDS
 from rbs_core.testing import furnish, make, partners
 from rbs_plugins.fields import density, displacement, force_density, intact, volume
-from rbs_plugins.measures import StrainEnergy
+from rbs_plugins.measures.energy import StrainEnergy
 
 Array = NDArray[np.float64]
 RelationClass = type[rbs.Relation]

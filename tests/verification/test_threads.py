@@ -15,11 +15,12 @@ import numba
 import numpy as np
 import rbs_core as rbs
 from rbs_plugins import (
-    BondBased, BoundaryDomain, CriticalStretch, Damage, FractureDissipation, KineticEnergy, StrainEnergy,
-    VelocityVerlet,
+    BondBased, BoundaryDomain, CriticalStretch, Damage, FractureDissipation, JIntegral, KineticEnergy,
+    PeridynamicStress, ReactionForce, Strain, StrainEnergy, Stress, VelocityVerlet,
 )
 from rbs_plugins.fields import (
-    damage, density, displacement, force_density, fracture_dissipation, kinetic_energy, strain_energy, velocity,
+    damage, density, displacement, force_density, fracture_dissipation, j_integral, kinetic_energy, peridynamic_stress,
+    reaction_force, strain, strain_energy, stress, velocity,
 )
 
 print("threads", numba.config.NUMBA_NUM_THREADS)
@@ -36,10 +37,16 @@ for dimension, storage, precision in (
     pulled = [BoundaryDomain(part, lambda X, s=s: s * X[:, 0] > half, velocity=(0.05 * s,) + (None,) * (dimension - 1))
               for s in (1, -1)]
     measures = [Damage(part), KineticEnergy(part), StrainEnergy(part, [force]), FractureDissipation(part)]
+    late = {"when": rbs.last}
+    measures += [Strain(part, **late), Stress(part, force, "Cauchy", **late), ReactionForce(part, pulled[0], **late)]
+    measures += [PeridynamicStress(part, force, **late)] if dimension < 3 else []
+    measures += [JIntegral(part, force, (0, 0), (1, 0), inner=7, outer=12, **late)] if dimension == 2 else []
     rbs.Analysis([*VelocityVerlet(part).step([force], pulled), *measures]).run(steps=40, progress=False)
     assert part.bonds.has_broken
     digest = hashlib.sha256()
-    for field in (displacement, velocity, force_density, damage, kinetic_energy, strain_energy, fracture_dissipation):
+    looked_at = [displacement, velocity, force_density, damage, kinetic_energy, strain_energy, fracture_dissipation]
+    looked_at += [strain, stress, reaction_force]
+    for field in looked_at + [each for each in (peridynamic_stress, j_integral) if each in part.fields]:
         digest.update(np.ascontiguousarray(part[field]).tobytes())
     digest.update(part.bonds.intact.tobytes())
     print(dimension, storage, precision, digest.hexdigest())

@@ -36,15 +36,16 @@ from rbs_plugins.fields import (
     strain_energy_density,
     velocity,
 )
+from rbs_plugins.fields import stress as collapsed_stress
 
 H, E, NU = 1e-3, 10e9, 0.3
 SHAPES = {1: (30,), 2: (16, 15), 3: (9, 8, 8)}
 
 
 class Gradients(rbs.Measure):
-    """Wants deformation gradients."""
+    """Wants deformation gradients and stresses."""
 
-    reads = (deformation_gradient,)
+    reads = (deformation_gradient, collapsed_stress)
 
 
 def body(d, storage="lattice"):
@@ -98,7 +99,7 @@ CASES = [
 
 @pytest.mark.parametrize(("d", "plane", "storage", "law"), CASES)
 def test_uniform_deformation_is_exact(d, plane, storage, law, rng):
-    """F, energy and, far from the surface, the vanishing force: for whatever influence function and control."""
+    """F, P, energy and, far from the surface, the vanishing force: for whatever influence function and control."""
     part = body(d, storage)
     control = WanControl() if storage == "list" else SillingControl()
     force = Correspondence(part, law, E=E, nu=NU, plane=plane, influence="gaussian", stabilization=control)
@@ -111,6 +112,8 @@ def test_uniform_deformation_is_exact(d, plane, storage, law, rng):
         P, W = classical(law, F, force.case, force.moduli)
         np.testing.assert_allclose(part[deformation_gradient], np.broadcast_to(F, (len(part), d, d)), atol=1e-13)
         np.testing.assert_allclose(part[strain_energy_density], W, rtol=1e-11)
+        stresses = np.broadcast_to(P[:d, :d], (len(part), d, d))
+        np.testing.assert_allclose(part[collapsed_stress], stresses, atol=1e-11 * np.abs(P).max())
         assert np.abs(part[force_density][inside]).max(initial=0.0) <= 1e-12 * np.abs(P).max() / H
         if d == 1:  # through a cut in the middle goes the classical stress
             left = part.positions[:, 0] < 0

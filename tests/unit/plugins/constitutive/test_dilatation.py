@@ -138,6 +138,14 @@ def test_several_connections_count_once_each_and_a_new_one_takes_the_place_of_th
     np.testing.assert_allclose(early, middle[inverse_weighted_volume], rtol=1e-13)
 
 
+def test_weighing_makes_no_field_that_nobody_gave():
+    part = block()
+    made = Dilatation(part)
+    assert displacement not in part
+    with pytest.raises(rbs.MissingField, match="reads 'displacement'"):
+        run(made)
+
+
 def test_wrong_arguments_are_refused():
     part = block()
     with pytest.raises(rbs.BadInput, match="weighted_volume='half' must be one of initial, intact, full"):
