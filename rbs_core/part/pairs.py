@@ -49,4 +49,8 @@ def ordered(pairs: NDArray[np.integer]) -> Pairs:
 def _inside(points: Points, others: Points, reach: float) -> NDArray[np.int64]:
     """Indices of the points in the box around others, widened."""
     low, high = others.min(axis=0) - reach, others.max(axis=0) + reach
-    return np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))
+    found = np.flatnonzero((points[:, 0] >= low[0]) & (points[:, 0] <= high[0]))
+    for axis in range(1, points.shape[1]):  # each axis leaves fewer to look at
+        along = points[found, axis]
+        found = found[(along >= low[axis]) & (along <= high[axis])]
+    return found

@@ -38,6 +38,11 @@ def require_bonds(name: str, host: Host) -> None:
         raise BadInput(f"{name} '{host.name}': the part has no bonds: call part.connect(horizon=...) first")
 
 
+def precision_of(part: Part) -> type[np.floating[Any]]:
+    """Type of the numbers in the fields of a part."""
+    return np.float32 if part.precision == "single" else np.float64
+
+
 class BondRelation(Constitutive):
     """A constitutive relation on the bonds of a part, or on those of a connection.
 
@@ -107,7 +112,7 @@ class BondRelation(Constitutive):
     def processor(self) -> dict[str, Any]:
         """What of a recipe depends on the machine, on how bonds are stored and in which precision."""
         lattice = self.host.bonds.storage == "lattice"
-        real = self[displacement].dtype.name if lattice else "float64"
+        real = np.dtype(precision_of(self.part)).name if lattice else "float64"
         # lists wait for gathers, and divide meanwhile
         way = roots.way(real) if lattice else "hardware"
         return {"roots": way, "processor": machine.processor(), "real": real, "dimension": self.host.dimension}

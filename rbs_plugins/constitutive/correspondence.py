@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rbs_core import BadInput, BadLaw, Field, NotFinite, Part, Trigger, always
-from rbs_core.honesty import not_finite
+from rbs_core import BadInput, BadLaw, Field, Part, Trigger, always
 from rbs_core.part import Connection, Lattice
 from rbs_core.relation import Fields, Key
 from rbs_core.report import log
@@ -210,8 +209,8 @@ class Correspondence(CorrespondenceBonds):
         self._now = (clock.time, clock.dt)
         finite, broke = self._loops.force(clock.time, clock.dt, bool(self.starts))
         if not finite:
-            raise self._blame()
-        if broke and not self._warned:
+            raise self.blame()
+        if broke and self._loops.lost:
             self._report()
         for field, letter in self._wanted.items():
             self._loops.tensors(letter, self[field])
@@ -223,22 +222,14 @@ class Correspondence(CorrespondenceBonds):
 
     def _report(self) -> None:
         """Says once that there are such nodes."""
-        found = self.singular_nodes
-        if len(found):
-            self._warned = True
-            where = self.part.positions[found[0]].tolist()
-            log.warning(
-                "%s: so many bonds are broken that %d nodes have no deformation gradient any more (first %d at %s): "
-                "they have no stress of their own from now on; see singular_nodes",
-                self.label, len(found), found[0], where,
-            )  # fmt: skip
-
-    def _blame(self) -> NotFinite:
-        found = self.forces_are_finite()
-        if found is None:
-            return NotFinite(f"the forces of '{self.part.name}' overflow: look at the loads and the time step")
-        part, field, array = found
-        return not_finite(part, field.name, array)
+        if self._warned or not self._loops.lost:
+            return
+        self._warned, found = True, self.singular_nodes
+        log.warning(
+            "%s: so many bonds are broken that %d nodes have no deformation gradient any more (first %d at %s): "
+            "they have no stress of their own from now on; see singular_nodes",
+            self.label, len(found), found[0], self.part.positions[found[0]].tolist(),
+        )  # fmt: skip
 
     def can_start(self, key: Key) -> bool:
         return isinstance(self._loops, TensorLatticeLoops)

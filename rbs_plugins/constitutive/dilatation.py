@@ -14,7 +14,7 @@ from rbs_core import BadInput, Part, Relation, Trigger, always
 from rbs_core.part import Connection
 from rbs_core.relation import Fields, Key
 from rbs_core.trigger import Clock
-from rbs_plugins.constitutive.bonded import BondRelation
+from rbs_plugins.constitutive.bonded import BondRelation, precision_of
 from rbs_plugins.constitutive.corrections import set_partial_volume
 from rbs_plugins.constitutive.influence import Influence, influence_at, set_influence
 from rbs_plugins.fields import (
@@ -92,8 +92,7 @@ class Dilatation(BondRelation):
         self._weights = tuple(resolve(weight, part, self.given))
         self._links: list[Dilatation] = []
         for each in self._check_within(within):
-            each._links = [link for link in each._links if link.host is not part] + [self]
-            each.weigh()
+            each.link(self)
         if isinstance(part, Part):
             self.weigh()
         self._holding = 0  # tells whether bonds have broken since the last look
@@ -128,12 +127,25 @@ class Dilatation(BondRelation):
 
     # -- weighted volume --------------------------------------------------------------------------------------------
 
+    def link(self, joint: Dilatation) -> None:
+        """Takes a connection of the part into account; what the others add is known."""
+        others = [link for link in self._links if link.host is not joint.host]
+        known = len(others) == len(self._links) and self.rule != "full"
+        self._links = [*others, joint]
+        if known:
+            self._hold(self._m + joint._shares(self.part))
+        else:
+            self.weigh()
+
     def weigh(self) -> None:
         """Finds the weighted volumes of the nodes of the part, over its own bonds and those of its connections."""
         if self.rule == "full":
-            m: Any = np.full(len(self.part), full_weighted_volume(self))
+            self._hold(np.full(len(self.part), full_weighted_volume(self)))
         else:
-            m = self._shares(self.part) + sum(link._shares(self.part) for link in self._links)
+            self._hold(self._shares(self.part) + sum(link._shares(self.part) for link in self._links))
+
+    def _hold(self, m: NDArray[np.float64]) -> None:
+        self._m = m
         inverse = np.zeros(len(self.part))
         np.divide(1.0, m, out=inverse, where=m > 0)  # a node that has lost all bonds feels nothing
         self.part[inverse_weighted_volume] = inverse
@@ -142,7 +154,9 @@ class Dilatation(BondRelation):
         """What the bonds of the host add to the weighted volumes (n,) of a part, m^5."""
         sums = [np.zeros(len(end), precision_of(end)) for end in self.ends]
         only_intact = self.rule == "intact" and self.host.bonds.has_broken
-        loops = self.make_loops(self._recipe(weight, self._weights, only_intact), {"out": sums}, active=False)
+        still = {displacement: [np.zeros((len(end), end.dimension), precision_of(end)) for end in self.ends]}
+        recipe = self._recipe(weight, self._weights, only_intact)
+        loops = self.make_loops(recipe, {"out": sums}, active=False, instead=still)
         loops.begin()
         loops.add(0.0, 0.0)
         return sums[self.ends.index(part)].astype(np.float64)
@@ -241,11 +255,6 @@ class PresentDilatation:
             if each.may_have_broken:
                 loops.begin()
             loops.add(time, dt)
-
-
-def precision_of(part: Part) -> type[np.floating[Any]]:
-    """Type of the numbers in the fields of a part."""
-    return np.float32 if part.precision == "single" else np.float64
 
 
 def full_weighted_volume(of: Dilatation) -> float:

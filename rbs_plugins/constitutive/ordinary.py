@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from rbs_core import BadInput, Field, Part, Relation, Trigger, always
 from rbs_core.part import Connection
 from rbs_plugins.constitutive.bond_based import plane_of
-from rbs_plugins.constitutive.bonded import Arrays, BondLoops, require_bonds, unbreaking
-from rbs_plugins.constitutive.dilatation import Dilatation, PresentDilatation, precision_of
+from rbs_plugins.constitutive.bonded import Arrays, BondLoops, precision_of, require_bonds, unbreaking
+from rbs_plugins.constitutive.dilatation import Dilatation, PresentDilatation
 from rbs_plugins.constitutive.fracture import Criterion
 from rbs_plugins.constitutive.influence import Influence, influence_at
 from rbs_plugins.constitutive.linear_solid import constants, freed, held, linear_solid, moduli, own_pull, stiffest

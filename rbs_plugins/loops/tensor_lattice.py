@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from rbs_core.part import Lattice, Part
 from rbs_plugins.loops import cells, tensor_cells, tensor_lattice_text
-from rbs_plugins.loops.lattice_text import CHUNK
 from rbs_plugins.loops.loop import Loop, Text
 from rbs_plugins.loops.ranges import ALIGNMENT, Cells
 from rbs_plugins.loops.tensor_recipe import TensorRecipe, entries, packed
@@ -34,7 +33,7 @@ class TensorLatticeLoops:
         changing: names of inputs that relations of the scene change; they are copied to cells before every use.
 
     Attributes:
-        singular: (n,) whether the shape tensor of a node has no inverse.
+        lost: whether some node has lost its deformation gradient.
     """
 
     def __init__(
@@ -72,6 +71,7 @@ class TensorLatticeLoops:
         self._keeps = [self._state_loop(name, "keep_state", "new") for name in self._state]
         self._shape, self._stress = self._own("shape"), self._own("stress")
         self._force = self._own("even_force" if recipe.even or not recipe.gain else "force")
+        self._suspects, self.lost = np.zeros(len(self._cells.ranges), np.bool_), False
         self._uneven: tuple[NDArray[np.int64], NDArray[np.int64]] | None = None
         self._failure = None if recipe.criterion is None else self._own("failure")
         self._finish = self._finisher(inputs["out"])
@@ -145,16 +145,17 @@ class TensorLatticeLoops:
 
     def begin(self) -> None:
         """Shape tensors of the bonds that there are when a run begins."""
-        self._shape()
+        self._suspects[:] = self._shape() != 0
         self._look_at_singular()
 
     def _look_at_singular(self) -> None:
-        """Finds the ranges in whose reach g is not even, because some node has none."""
-        self._uneven = None
-        if self._recipe.even and self.singular.any():
-            cells = self._stored.cells[self.singular] - self._stored.margin
-            found = np.zeros(len(self._cells.ranges), np.bool_)
-            found[cells // CHUNK] = True
+        """Finds nodes without gradient, and the ranges in whose reach g is not even because of them."""
+        first, cells = self._cells.first, self._stored.cells
+        found = np.zeros(len(self._suspects), np.bool_)
+        for c in np.flatnonzero(self._suspects):  # empty cells are singular, too
+            found[c] = self._inputs["singular_cells"][cells[first[c] : first[c + 1]]].any()
+        self.lost, self._uneven = bool(found.any()), None
+        if self._recipe.even and self.lost:
             near = self._cells.ahead(found) | self._cells.behind(found)
             self._uneven = self._force.tasks[near], self._force.tasks[~near]
 
@@ -173,6 +174,7 @@ class TensorLatticeLoops:
 
     @property
     def singular(self) -> NDArray[np.bool_]:
+        """(n,) whether the shape tensor of a node has no inverse."""
         return np.asarray(self._inputs["singular_cells"][self._stored.cells], np.bool_)
 
     def _take(self) -> None:
@@ -215,7 +217,7 @@ class TensorLatticeLoops:
         if not failed.any():
             return None
         tasks = self._shape.tasks[self._cells.ahead(failed)]
-        self._shape(tasks)
+        self._suspects[tasks[:, 1]] = self._shape(tasks) != 0
         self._look_at_singular()
         return tasks
 

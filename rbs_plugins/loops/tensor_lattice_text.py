@@ -46,6 +46,7 @@ def shape(r: TensorRecipe) -> str:
         "flat = REAL(0.0) if singular else gain_flat",
         f"gain[q] = flat + gain_trace * ({trace})",
         "singular_cells[q] = singular",
+        "wrong = wrong | singular",
     ]
     stores = {"inverse": count, "lean": d, "gain": 0, "singular_cells": 0}
     return sums.text(step, close, stores=stores, numbers=("gain_flat", "gain_trace"))

@@ -83,6 +83,11 @@ class TensorRowLoops:
         self._shape()
 
     @property
+    def lost(self) -> bool:
+        """Whether some node has lost its deformation gradient."""
+        return bool(self._inputs["singular_nodes"].any())
+
+    @property
     def singular(self) -> NDArray[np.bool_]:
         """(n,) whether the shape tensor of a node has no inverse."""
         return self._inputs["singular_nodes"].astype(np.bool_)

@@ -8,7 +8,7 @@ from rbs_plugins.loops.lattice_text import CHUNK, PLAIN, LatticeBody
 from rbs_plugins.loops.recipe import indented
 from rbs_plugins.loops.tensor_recipe import TensorRecipe
 
-BLOCK = {1: 1024, 2: 256, 3: 128}  # cells
+BLOCK = {1: 1024, 2: 256, 3: 256}  # cells
 AT_ONCE = {1: 1, 2: 2, 3: 2}  # steps
 
 

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from rbs_core import BadInput, Field, Part, Trigger, always
 from rbs_core.relation import Fields, Key
-from rbs_plugins.constitutive.bonded import BondRelation
+from rbs_plugins.constitutive.bonded import BondRelation, precision_of
 from rbs_plugins.constitutive.corrections import set_partial_volume
 from rbs_plugins.constitutive.correspondence import Correspondence
-from rbs_plugins.constitutive.dilatation import precision_of
 from rbs_plugins.constitutive.influence import Influence, set_influence
 from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.fields import displacement, intact, reference_position, volume, volume_fraction

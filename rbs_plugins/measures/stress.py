@@ -12,8 +12,7 @@ from rbs_core import BadInput, Field, Part, Trigger, always
 from rbs_core.relation import Fields
 from rbs_core.trigger import Clock
 from rbs_plugins.constitutive.bond_based import BondBased
-from rbs_plugins.constitutive.bonded import unbreaking
-from rbs_plugins.constitutive.dilatation import precision_of
+from rbs_plugins.constitutive.bonded import precision_of, unbreaking
 from rbs_plugins.constitutive.influence import Influence
 from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.fields import stress, volume

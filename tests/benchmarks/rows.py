@@ -142,6 +142,36 @@ def law(size: str) -> Figures:
     return {**figures, "ratio": figures["users_best"] / figures["built_in_best"]}
 
 
+def correspondence(what: str, size: str, storage: str) -> Figures:
+    """The passes of a correspondence model with breaking bonds, and its whole step, of a plate or cube; seconds."""
+    import numba
+    from machine import sample
+
+    from rbs_plugins import Correspondence, CriticalStretch, VelocityVerlet
+    from rbs_plugins.constitutive.stress import saint_venant_kirchhoff
+    from rbs_plugins.fields import displacement, velocity
+
+    dimension, n = DIMENSION[what], int(size)
+    part, *_ = body((n,) * dimension, storage)
+    plane = {"plane": "strain"} if dimension == 2 else {}
+    force = Correspondence(part, saint_venant_kirchhoff, CriticalStretch(0.04472), E=192e9, nu=0.3, **plane)
+    figures: Figures = {"nodes": len(part), "bonds": len(part.bonds)}
+    with rbs.Analysis(VelocityVerlet(part).step([force])) as analysis:
+        begin = time.perf_counter()
+        dt = 0.5 * analysis.stable_dt()
+        figures["prepare"] = time.perf_counter() - begin
+        shake(part)
+        force.begin(analysis.clock)
+        for threads in sorted({1, os.cpu_count() or 1}):
+            numba.set_num_threads(threads)
+            for name in ("failure", "stress", "force"):
+                figures[f"{name}_{threads}_best"] = sample(getattr(force._loops, f"_{name}"), 7)["best"]
+        part[displacement] = 0.0
+        part[velocity] = 1e-3 * np.random.default_rng(1).standard_normal(part.positions.shape)
+        figures.update(of_steps(analysis, dt, int(np.clip(3e7 / len(part.bonds), 2, 50))))
+    return figures
+
+
 def parts(count: str, columns: str = "25", rows: str = "20") -> Figures:
     """A step of many small parts, and of one with as many nodes; seconds."""
     from rbs_plugins import VelocityVerlet
@@ -272,7 +302,7 @@ def case(size: str) -> Figures:
 
 def main() -> None:
     row, *arguments = sys.argv[1:]
-    rows = [limits, law, parts, frame, exporters, case, scene]
+    rows = [limits, law, correspondence, parts, frame, exporters, case, scene]
     print(json.dumps({each.__name__: each for each in rows}[row](*arguments)))
 
 

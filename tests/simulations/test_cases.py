@@ -8,9 +8,14 @@ import math
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
+import rbs_core as rbs
 from rbs_core.command import main
+from rbs_plugins import CriticalStretch, OrdinaryStateBased
+from rbs_plugins.fields import displacement, force_density
 
 CASES = Path(__file__).parents[2] / "simulations"
 
@@ -64,6 +69,78 @@ def test_wave_in_plate_coarse(tmp_path):
     assert found["energy_error"] < 0.01
 
 
+def test_crack_branching_coarse(tmp_path):
+    # twice as coarse as the case, and the load on a horizon of rows, as a single one would be torn off
+    found = run("crack_branching", tmp_path, n=200, horizon=2e-3, rows=4, frames=50)
+    assert found["nodes"] == 200 * 80
+    assert found["asymmetry_of_damage_up_down"] < 1e-12
+    assert found["cracks_side_by_side"] == 2
+    assert 0.01 < found["branches_at_m"] < 0.03
+    assert 0 < found["tip_speed_largest_m_per_s"] < found["rayleigh_speed_m_per_s"]
+    assert found["energy_error"] < 0.01
+
+
+def test_kalthoff_winkler_coarse(tmp_path):
+    # the published size; at this spacing the first 20 mm of the crack are flatter than on finer grids
+    found = run("kalthoff_winkler", tmp_path)
+    assert found["nodes"] == 2500
+    assert 55 < found["crack_angle_deg"] < 75
+    assert abs(found["angle_from_notch_to_end_deg"] - 70) < 5
+    assert found["right_edge_cracks_at_s"] < 50e-6, "the second crack that the dissertation shows"
+    assert found["tip_speed_largest_m_per_s"] < found["rayleigh_speed_m_per_s"]
+    assert found["energy_error"] < 0.01
+
+
+def test_polymer_composite_coarse(tmp_path):
+    # a cube of 1.6 um with two particles, pulled four times as fast as the case, until its matrix breaks
+    found = run("polymer_composite", tmp_path, n=16, speed=0.02, frames=25, pictures=1)
+    assert found["particles"] == 2
+    assert found["nodes"] == 16 * 16 * 22
+    assert abs(found["modulus_over_E"] - found["voigt"]) < 0.05
+    assert 0 < found["first_break_before_strain"] < found["peak_at_strain"] < 0.009
+    assert found["broken_bonds_matrix"] > 1000
+    assert found["broken_bonds_particle"] == 0
+    assert found["last_stress_over_peak"] < 0.6
+    for file in ("stress_strain.csv", "history.csv", "matrix.vtkhdf"):
+        assert (tmp_path / file).stat().st_size > 0
+    assert list(tmp_path.glob("section_*.png"))
+
+
+def test_particles_as_parts_pull_like_one_part_of_several_materials():
+    composite = case("polymer_composite")
+    n, alpha, spacing = 20, 100.0, composite.SPACING
+    edge = n * spacing
+    scene = composite.scene(n=n, particles=1000, alpha=alpha, matrix_stretch=1, interface_stretch=1, particle_stretch=1)
+    forces = [each for each in scene.relations if isinstance(each, OrdinaryStateBased)]
+    bodies = list(dict.fromkeys(end for force in forces for end in force.ends))
+    centers = cKDTree(composite.places_of_particles(8, edge, seed=1))
+
+    def particle_of(points):
+        """Number of the particle at each point, 0 in the matrix and in the grips."""
+        far, nearest = centers.query(points)
+        return (nearest + 1) * (far <= composite.RADIUS) * (np.abs(points[:, 2]) < edge / 2)
+
+    def joins_two_particles(starts, ends):
+        here, there = particle_of(starts), particle_of(ends)
+        return (here != there) & (here > 0) & (there > 0)
+
+    one = rbs.Part("one", rbs.Box(size=(edge, edge, edge + 6 * spacing))).discretize(spacing)
+    one.connect(horizon=3 * spacing * (1 + 1e-9)).bonds.remove(joins_two_particles)
+    moduli = composite.E * np.where(particle_of(one.positions) > 0, alpha, 1.0)
+    solid = OrdinaryStateBased(one, E=moduli, nu=composite.NU, fracture=CriticalStretch(1))
+
+    waves = np.array([[3e6, 4e6, 1e6], [2e6, 1e6, 3e6], [1e6, 0.0, -5e6]])
+    for body in (*bodies, one):
+        body[displacement] = lambda X: 1e-10 * np.sin(X @ waves)
+    rbs.Analysis(forces).run(steps=1, dt=1e-15, progress=False)
+    rbs.Analysis([solid]).run(steps=1, dt=1e-15, progress=False)
+    distance, same = cKDTree(one.positions).query(np.vstack([body.positions for body in bodies]))
+    assert distance.max() < 1e-6 * spacing
+    assert sorted(same) == list(range(len(one)))
+    difference = np.vstack([body[force_density] for body in bodies]) - one[force_density][same]
+    assert np.abs(difference).max() < 1e-10 * np.abs(one[force_density]).max()
+
+
 @pytest.mark.verify
 def test_plate_with_crack_at_20_m_per_s(tmp_path):
     found = run("plate_with_crack", tmp_path)
@@ -99,3 +176,43 @@ def test_wave_in_plate_full_size(tmp_path):
     assert found["asymmetry_left_right"] < 1e-10
     assert found["energy_drift_after_load"] < 1e-3
     assert found["energy_error"] < 1e-3
+
+
+@pytest.mark.verify
+def test_crack_branching_full_size(tmp_path):
+    found = run("crack_branching", tmp_path)
+    assert found["nodes"] == 64_000
+    assert found["asymmetry_of_damage_up_down"] < 1e-12
+    assert found["cracks_side_by_side"] == 2
+    assert 0.01 < found["branches_at_m"] < 0.025
+    assert found["largest_distance_from_axis_m"] > 0.01, "branches, not a rough straight crack"
+    assert 1000 < found["tip_speed_mean_m_per_s"] < found["tip_speed_largest_m_per_s"] < found["rayleigh_speed_m_per_s"]
+    assert found["energy_error"] < 0.01
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("half", [True, False])
+def test_kalthoff_winkler_on_a_finer_grid(half, tmp_path):
+    found = run("kalthoff_winkler", tmp_path, n=200, horizon=1e-3, half=half)
+    assert abs(found["crack_angle_deg"] - 70) < 5
+    assert found["asymmetry_of_damage_up_down"] < 1e-12, "of the whole plate: two cracks that mirror each other"
+    assert found["tip_speed_largest_m_per_s"] < found["rayleigh_speed_m_per_s"]
+    assert found["energy_error"] < 0.01
+
+
+@pytest.mark.verify
+def test_polymer_composite_modulus_and_cracks(tmp_path):
+    # the modulus relative to that of the same cube with particles like the matrix
+    short = {"n": 24, "strain_at_end": 0.002, "speed": 2.5e-3, "frames": 10, "pictures": 1}
+    polymer = run("polymer_composite", tmp_path / "1", alpha=1, **short)["modulus_over_E"]
+    for alpha in (2, 10):
+        found = run("polymer_composite", tmp_path / str(alpha), alpha=alpha, **short)
+        assert found["reuss"] < found["modulus_over_E"] / polymer < found["voigt"]
+    found = run("polymer_composite", tmp_path / "full")
+    assert found["nodes"] == 30 * 30 * 36
+    assert found["kinetic_energy_over_work_then"] < 0.01
+    assert found["broken_bonds_particle"] == 0, "cracks go around particles"
+    assert found["broken_bonds_matrix"] > 100 * found["broken_bonds_interface"] > 0
+    assert found["matrix_breaks_before_strain"] < found["interface_breaks_before_strain"], "it is the weaker one"
+    assert found["peak_at_strain"] < 0.01
+    assert found["last_stress_over_peak"] < 0.2

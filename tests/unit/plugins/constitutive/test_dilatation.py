@@ -121,6 +121,31 @@ def test_bonds_of_a_connection_count_for_both_parts():
         np.testing.assert_allclose(part[dilatation], whole[dilatation][order], rtol=1e-11)
 
 
+@pytest.mark.parametrize("rule", ["initial", "intact", "full"])
+def test_several_connections_count_once_each_and_a_new_one_takes_the_place_of_the_old(rule):
+    middle, left, right = (block(2, 5, name=name, center=x) for name, x in (("m", 0.0), ("l", -0.5), ("r", 0.5)))
+    own = {part: Dilatation(part, weighted_volume=rule) for part in (middle, left, right)}
+    joints = [Connection(middle, other, horizon=3.015 * DX) for other in (left, right)]
+
+    def link(joint):
+        return Dilatation(joint, weighted_volume=rule, within=[own[part] for part in joint.ends])
+
+    links = [link(joint) for joint in (*joints, joints[0])][1:]
+    early = middle[inverse_weighted_volume].copy()
+    for part in own:
+        part[displacement] = 0.0
+    run(*own.values(), *links)
+    np.testing.assert_allclose(early, middle[inverse_weighted_volume], rtol=1e-13)
+
+
+def test_weighing_makes_no_field_that_nobody_gave():
+    part = block()
+    made = Dilatation(part)
+    assert displacement not in part
+    with pytest.raises(rbs.MissingField, match="reads 'displacement'"):
+        run(made)
+
+
 def test_wrong_arguments_are_refused():
     part = block()
     with pytest.raises(rbs.BadInput, match="weighted_volume='half' must be one of initial, intact, full"):
