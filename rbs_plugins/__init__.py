@@ -15,6 +15,7 @@ from rbs_plugins.boundary.domain import BoundaryDomain
 from rbs_plugins.boundary.motion import Rotation, Translation
 from rbs_plugins.boundary.search import Search
 from rbs_plugins.constitutive.bond_based import BondBased
+from rbs_plugins.constitutive.bond_energy import BondEnergy, MeanBondEnergy
 from rbs_plugins.constitutive.correspondence import Correspondence
 from rbs_plugins.constitutive.deformation_criteria import (
     CriticalEquivalentStrain,
@@ -23,6 +24,7 @@ from rbs_plugins.constitutive.deformation_criteria import (
     MaximumPrincipalStress,
 )
 from rbs_plugins.constitutive.dilatation import Dilatation
+from rbs_plugins.constitutive.failure import CriticalBondEnergy, CriticalNodalEnergy, critical_bond_energy
 from rbs_plugins.constitutive.fracture import Criterion, CriticalStretch, Damage
 from rbs_plugins.constitutive.ordinary import OrdinaryStateBased
 from rbs_plugins.constitutive.pairwise import PairwiseForce
@@ -53,6 +55,7 @@ from rbs_plugins.measures.stress import Stress
 __all__ = [
     "AnimationExporter",
     "BondBased",
+    "BondEnergy",
     "BondSoftening",
     "BoundaryDomain",
     "CSVExporter",
@@ -61,7 +64,9 @@ __all__ = [
     "CrackPath",
     "CrackTip",
     "Criterion",
+    "CriticalBondEnergy",
     "CriticalEquivalentStrain",
+    "CriticalNodalEnergy",
     "CriticalShearStrain",
     "CriticalStretch",
     "CriticalVolumetricStrain",
@@ -74,6 +79,7 @@ __all__ = [
     "Kick",
     "KineticEnergy",
     "MaximumPrincipalStress",
+    "MeanBondEnergy",
     "NeighborhoodExporter",
     "OrdinaryStateBased",
     "PairwiseForce",
@@ -97,6 +103,7 @@ __all__ = [
     "WanControl",
     "Weibull",
     "crack_paths",
+    "critical_bond_energy",
     "fields",
     "largest",
     "mean",
@@ -116,6 +123,8 @@ def rbs_relations() -> Iterable[type[rbs.Relation]]:
         OrdinaryStateBased,
         Correspondence,
         Dilatation,
+        BondEnergy,
+        MeanBondEnergy,
         ShortRangeRepulsion,
         Search,
         Damage,

@@ -55,6 +55,17 @@ largest_stretch = Field("largest_stretch", "bond", "scalar", "1", "s_max", "Larg
 contact_distance = Field(
     "contact_distance", "bond", "scalar", "m", "d", "Distance of two nodes below which they repel each other."
 )
+bond_energy = Field("bond_energy", "bond", "scalar", "J/m^6", "w", "Work that the force of the bond has taken so far.")
+bond_force = Field("bond_force", "bond", "scalar", "N/m^6", "f", "Pairwise force at which that work has arrived.")
+bond_extension = Field("bond_extension", "bond", "scalar", "m", "e", "Extension at which that work has arrived.")
+mean_bond_energy = Field(
+    "mean_bond_energy",
+    "node",
+    "scalar",
+    "J/m^6",
+    "w",
+    "Energy that a mean bond of the node holds: 2W / Σ βV.",
+)
 influence = Field("influence", "bond", "scalar", "1", "ω", "Influence function: how much a bond counts in its family.")
 inverse_weighted_volume = Field(
     "inverse_weighted_volume",
@@ -121,6 +132,10 @@ VOCABULARY = (
     volume_fraction,
     largest_stretch,
     contact_distance,
+    bond_energy,
+    bond_force,
+    bond_extension,
+    mean_bond_energy,
     influence,
     inverse_weighted_volume,
     dilatation,

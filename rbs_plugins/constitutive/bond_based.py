@@ -27,6 +27,16 @@ def proportional_potential(stretch, reference_length, c):
     return 0.5 * c * stretch * stretch * reference_length
 
 
+def beyond_in_tension(stretch, reference_length, c, w0):
+    """True for a lengthened bond that holds more than w0."""
+    return (0.5 * c * stretch * stretch * reference_length > w0) & (stretch > 0.0)
+
+
+def beyond(stretch, reference_length, c, w0):
+    """True for a bond that holds more than w0."""
+    return 0.5 * c * stretch * stretch * reference_length > w0
+
+
 def micromodulus(E: float, horizon: float, case: str, across: float = 1.0) -> float:
     """Micromodulus c in N/m^6 for a constant micromodulus function and the whole family.
 
@@ -122,6 +132,16 @@ class BondBased(PairwiseForce):
             c=c,
             **parameters,
         )
+
+    @property
+    def holds_beyond(self) -> dict[str, Any] | None:  # type: ignore[override]
+        """Criteria of what a bond holds, of the linear law."""
+        return {"tension": beyond_in_tension, "both": beyond} if type(self).law is proportional else None
+
+    @property
+    def path_dependent(self) -> bool:  # type: ignore[override]
+        """False: a spring holds what it has taken."""
+        return type(self).law is not proportional
 
     def critical_stretch(self, fracture_energy: float) -> float:
         """Critical stretch of the linear material for a fracture energy G0, J/m^2."""

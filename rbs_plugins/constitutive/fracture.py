@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from rbs_core import BadInput, Connection, Field, Geometry, Measure, Part, Trigger, always
+from rbs_core import BadInput, Connection, Field, Geometry, Measure, Part, Relation, Trigger, always
 from rbs_core.part import Host
 from rbs_core.relation import Fields
 from rbs_core.trigger import Clock
@@ -74,6 +74,14 @@ class Criterion:
     def parameters(self, force: PairwiseForce) -> dict[str, float]:
         """The numbers of the function, for the force that it belongs to."""
         return dict(self._parameters)
+
+    def function_for(self, force: PairwiseForce) -> Callable[..., Any]:
+        """The function, for the force that it belongs to."""
+        return self.function
+
+    def feeders(self, force: PairwiseForce) -> tuple[Relation, ...]:
+        """Relations that must run in front of that force, because the function asks for what they compute."""
+        return ()
 
     def mark(self, force: PairwiseForce) -> None:
         """Says which bonds of a force may break; does nothing without `within`."""

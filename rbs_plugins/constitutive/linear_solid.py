@@ -44,6 +44,34 @@ def held(
     return 0.5 * influence * (grown * reference_length + stiff * extension) * extension
 
 
+def beyond_in_tension(
+    extension, reference_length, influence, dilatation_i, dilatation_j,
+    inverse_weighted_volume_i, inverse_weighted_volume_j, dilatational_modulus_i, dilatational_modulus_j,
+    deviatoric_modulus_i, deviatoric_modulus_j, w0,
+):  # fmt: skip
+    """True for a lengthened bond that holds more than w0."""
+    energy = held(
+        extension, reference_length, influence, dilatation_i, dilatation_j,
+        inverse_weighted_volume_i, inverse_weighted_volume_j, dilatational_modulus_i, dilatational_modulus_j,
+        deviatoric_modulus_i, deviatoric_modulus_j,
+    )  # fmt: skip
+    return (energy > w0) & (extension > 0.0)
+
+
+def beyond(
+    extension, reference_length, influence, dilatation_i, dilatation_j,
+    inverse_weighted_volume_i, inverse_weighted_volume_j, dilatational_modulus_i, dilatational_modulus_j,
+    deviatoric_modulus_i, deviatoric_modulus_j, w0,
+):  # fmt: skip
+    """True for a bond that holds more than w0."""
+    energy = held(
+        extension, reference_length, influence, dilatation_i, dilatation_j,
+        inverse_weighted_volume_i, inverse_weighted_volume_j, dilatational_modulus_i, dilatational_modulus_j,
+        deviatoric_modulus_i, deviatoric_modulus_j,
+    )  # fmt: skip
+    return energy > w0
+
+
 def freed(
     extension, reference_length, influence, dilatation_i, dilatation_j,
     inverse_weighted_volume_i, inverse_weighted_volume_j, dilatational_modulus_i, dilatational_modulus_j,

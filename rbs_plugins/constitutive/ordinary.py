@@ -9,14 +9,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rbs_core import BadInput, Field, Part, Relation, Trigger, always
+from rbs_core import BadInput, Field, Part, Trigger, always
 from rbs_core.part import Connection
 from rbs_plugins.constitutive.bond_based import plane_of
 from rbs_plugins.constitutive.bonded import Arrays, BondLoops, precision_of, require_bonds, unbreaking
 from rbs_plugins.constitutive.dilatation import Dilatation, PresentDilatation
 from rbs_plugins.constitutive.fracture import Criterion
 from rbs_plugins.constitutive.influence import Influence, influence_at
-from rbs_plugins.constitutive.linear_solid import constants, freed, held, linear_solid, moduli, own_pull, stiffest
+from rbs_plugins.constitutive.linear_solid import (
+    beyond,
+    beyond_in_tension,
+    constants,
+    freed,
+    held,
+    linear_solid,
+    moduli,
+    own_pull,
+    stiffest,
+)
 from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.constitutive.separation import fracture_energy_of_unit_stretch
 from rbs_plugins.fields import density, deviatoric_modulus, dilatation, dilatational_modulus
@@ -53,6 +63,8 @@ class OrdinaryStateBased(PairwiseForce):
     and α m = 15μ, the same as t = 3Kθ/m ω|ξ| + α ω e^d. Each node gives a bond the share of its own material. Where κ
     is zero (1-D, and the Poisson's ratio of a bond-based material) nobody needs the dilatation, and it is not computed.
     """
+
+    holds_beyond = {"tension": beyond_in_tension, "both": beyond}
 
     @staticmethod
     def example(part: Part) -> dict[str, Any]:
@@ -93,6 +105,7 @@ class OrdinaryStateBased(PairwiseForce):
             part, linear_solid, fracture, potential=held, partial_volume=partial_volume, linear=linear, active=active,
             when=when, **numbers,
         )  # fmt: skip
+        self.feeders = (*((self.dilatation,) if self.path_dependent else ()), *self.feeders)
 
     # -- constants --------------------------------------------------------------------------------------------------
 
@@ -120,9 +133,9 @@ class OrdinaryStateBased(PairwiseForce):
         return given
 
     @property
-    def feeders(self) -> tuple[Relation, ...]:  # type: ignore[override]
-        """The dilatation, if any bond asks for it."""
-        return () if "dilatation_i" in self._fixed else (self.dilatation,)
+    def path_dependent(self) -> bool:  # type: ignore[override]
+        """True if bonds feel the dilatation, which goes back when others break."""
+        return "dilatation_i" not in self._fixed
 
     def critical_stretch(self, fracture_energy: float) -> float:
         """Critical stretch for a fracture energy G0, J/m^2, by the work of pulling a body apart along a plane.
@@ -155,7 +168,7 @@ class OrdinaryStateBased(PairwiseForce):
         return own_pull, tuple(resolve(own_pull, self.host, self._fixed)), 1.0
 
     def present(self) -> tuple[Callable[[float, float], None], dict[Field, Arrays]]:
-        if not self.feeders:
+        if not self.path_dependent:
             return super().present()
         found = PresentDilatation(self._scene, self.ends)
         return found.refresh, {dilatation: found.arrays}
@@ -163,7 +176,8 @@ class OrdinaryStateBased(PairwiseForce):
     def energy_loops(self) -> BondLoops:
         """Loops with dilatations of their own: those of the present displacement, whenever somebody asks."""
         self._refresh, arrays = self.present()
-        loops = self.make_loops(super().recipe(), {"out": self._unused()}, instead=arrays)
+        recipe = replace(super().recipe(), dissipation=False)  # only the force breaks bonds
+        loops = self.make_loops(recipe, {"out": self._unused()}, instead=arrays)
         loops.begin()
         return loops
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Hashable, Sequence
 from typing import Any, ClassVar
 
@@ -72,6 +73,9 @@ class PairwiseForce(BondRelation):
 
     adds: Fields = (force_density,)
     own_parameters: ClassVar[tuple[str, ...]] = ()  # computed by a subclass for laws that want them
+    # functions that are true if the bond holds more than w0 at present, by the modes of CriticalBondEnergy
+    holds_beyond: ClassVar[dict[str, Callable[..., Any]] | None] = None
+    path_dependent = True  # whether what a bond takes until it fails may differ from what it holds then
     example: ClassVar[Any] = {"law": hardening, "c": 1e18}
 
     def __init__(
@@ -96,21 +100,24 @@ class PairwiseForce(BondRelation):
         self.adds = self.at_nodes(force_density)
         self._law, self._fracture, self._potential = law, fracture, potential
         self._active, self._linear = active, linear
+        self._warned = False  # of a step that is too large for new bonds
         self._called = False  # whether the loops hold the positions of an earlier force
         self._now = [0.0, 0.0]  # time and dt of the last force
         self._fraction = set_partial_volume(part, partial_volume)
         limits = {} if fracture is None else fracture.parameters(self)
+        self._fails = None if fracture is None else fracture.function_for(self)
         for name in limits.keys() & parameters.keys():
             if limits[name] != parameters[name]:
                 raise BadLaw(f"{self.label}: law and criterion both have a parameter {name}, with different values")
         values = {**parameters, **limits}
         self._law_arguments = tuple(resolve(law, part, values))
-        self._criterion_arguments = () if fracture is None else tuple(resolve(fracture.function, part, values))
+        self._criterion_arguments = () if self._fails is None else tuple(resolve(self._fails, part, values))
         self._potential_arguments = () if potential is None else tuple(resolve(potential, part, values))
         self._check_asked(parameters)
         self.surface = SurfaceCorrection(surface_correction, part, partial_volume, law, self._law_arguments)
         if fracture is not None:
             fracture.mark(self)
+        self.feeders = () if fracture is None else fracture.feeders(self)
 
     def _check_asked(self, parameters: dict[str, float]) -> None:
         """A keyword that no function asks for is a misspelt one."""
@@ -127,7 +134,7 @@ class PairwiseForce(BondRelation):
         """The parameters, and what a class may fix: functions, the numbers they ask for, where and how bonds fail."""
         arguments = (*self._law_arguments, *self._criterion_arguments, *self._potential_arguments)
         values = {argument.name: argument.value for argument in arguments if argument.kind == "parameter"}
-        failure = None if self._fracture is None else (self._fracture.function, repr(self._fracture))
+        failure = None if self._fracture is None else (self._fails, repr(self._fracture))
         given = {"law": self._law, "potential": self._potential, "failure": failure, "values": values}
         return {**self.parameters, **given}
 
@@ -192,7 +199,7 @@ class PairwiseForce(BondRelation):
         return Recipe(
             law=self._law,
             law_arguments=self._law_arguments,
-            criterion=None if self._fracture is None else self._fracture.function,
+            criterion=self._fails,
             criterion_arguments=self._criterion_arguments,
             potential=self._potential,
             potential_arguments=self._potential_arguments,
@@ -231,10 +238,22 @@ class PairwiseForce(BondRelation):
     def apply(self, clock: Clock) -> None:
         if self.outdated_bonds:
             self.attach()
+            self._warn_of_step(clock)
         self._called = True
         self._now = [clock.time, clock.dt]
         if not self._loops.add(clock.time, clock.dt, bool(self.starts)):
             raise self.blame()
+
+    def _warn_of_step(self, clock: Clock) -> None:
+        """Says once if bonds that were found during the run are too stiff for its step."""
+        highest = max((float(each.max(initial=0.0)) for each in self.squared_frequencies().values()), default=0.0)
+        if highest * clock.dt**2 > 4.0 and not self._warned:
+            self._warned = True
+            warnings.warn(
+                f"{self.label}: the bonds found at step {clock.step} allow a time step of {2.0 / highest**0.5:.3g} s, "
+                f"and it is {clock.dt:.3g} s: the run will blow up; give dt",
+                stacklevel=2,
+            )
 
     def can_start(self, key: Key) -> bool:
         return isinstance(self._loops, LatticeLoops)

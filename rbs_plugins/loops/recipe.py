@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbs_core import Field
-from rbs_plugins.fields import breakable, intact, volume_fraction
+from rbs_plugins.fields import bond_energy, bond_extension, bond_force, breakable, intact, volume_fraction
 from rbs_plugins.loops.arguments import Argument
 from rbs_plugins.loops.loop import Text
 from rbs_plugins.loops.source import STRICT, compilable, definitions, plain
@@ -42,7 +42,8 @@ class Recipe:
         dimension: 1, 2 or 3.
         law, criterion, potential: plain functions; the last two may be None.
         sums: what the loops are for: "force", Σ law β V d/|d|, or "total", Σ law β V of any scalar law; "tensor",
-            Σ law β V η⊗ξ (η = d − ξ), or "moment", Σ law β V d/|d|⊗ξ: d × d components, for bonds of one part only.
+            Σ law β V η⊗ξ (η = d − ξ), or "moment", Σ law β V d/|d|⊗ξ: d × d components, for bonds of one part only;
+            "work", no sum: the work of the law on each bond.
         still, scales: names of fields that are zero where nothing has moved yet, and of those that only multiply:
             a law that asks for no others may be zero at rest all the same.
         freed: energy that a failing bond frees, where this is not its potential; asks for what the law asks for.
@@ -111,8 +112,9 @@ class Recipe:
     @property
     def bond_fields(self) -> list[Field]:
         """Fields at bonds that the loops take whatever the functions ask for."""
+        work = [bond_energy, bond_force, bond_extension] if self.sums == "work" else []
         flags = ((intact, self.intact), (breakable, self.breakable), (volume_fraction, self.fraction))
-        return [field for field, there in flags if there]
+        return [*work, *(field for field, there in flags if there)]
 
     @property
     def of_force(self) -> tuple[Argument, ...]:

@@ -43,7 +43,7 @@ class _Body(Body):
                  ("volume[j]", not self.recipe.uniform))  # fmt: skip
         return "".join(f" * {source}" for source, there in flags if there)
 
-    def function(self, name: str, *body: str) -> str:
+    def function(self, name: str, *body: str, more: Sequence[str] = ()) -> str:
         """The whole function: a loop over nodes with the given body."""
         r = self.recipe
         flags = (("intact", r.intact), ("breakable", r.breakable), ("volume_fraction", r.fraction),
@@ -53,7 +53,7 @@ class _Body(Body):
         flagged = [flag for flag, there in flags if there]
         flagged += ["reference"] if r.linear else []
         start = ["reference_position"] if r.sums in TENSORS else []
-        names = ["offsets", "neighbors", "inverse", "y", *start, "out", *flagged, *arrays, *self.numbers]
+        names = ["offsets", "neighbors", "inverse", "y", *start, "out", *flagged, *more, *arrays, *self.numbers]
         loop = [*self.head, "wrong = 0", "for i in range(begin, end):", *indented([*self.row(), *body]), "return wrong"]
         return "\n".join([SUMS, f"def {name}(begin, end, thread, {', '.join(names)}):", *indented(loop)])
 
@@ -139,6 +139,18 @@ def _tensor(r: Recipe) -> str:
                          f"if not ({finite}):", "    wrong += 1")  # fmt: skip
 
 
+def _work(r: Recipe) -> str:
+    """Adds the work of the law since the last call to each bond."""
+    body = _Body(r, r.law_arguments)
+    own = ["bond_energy", "bond_force", "bond_extension"]
+    lines = [*body.bond(), "grown = stretch / row_inverse[q]", f"pull = {body.call('law', r.law_arguments)}",
+             "row_bond_energy[q] += 0.5 * (pull + row_bond_force[q]) * (grown - row_bond_extension[q])",
+             "row_bond_force[q], row_bond_extension[q] = pull, grown"]  # fmt: skip
+    rows = [f"row_{name} = {name}[first:last]" for name in own]
+    text = body.function("work", *rows, "for q in range(row_neighbors.size):", *indented(lines), more=own)
+    return text.replace(SUMS, "@njit(error_model='numpy')")  # both directions of a bond must get the same to the bit
+
+
 def _energy(r: Recipe) -> str:
     body = _Body(r, r.of_energy)
     lines = [*body.bond(), f"held = 0.5 * {body.potential()}{body.weight}",
@@ -173,7 +185,7 @@ def _kinematics(r: Recipe) -> list[str]:
 def _text(name: str, recipe: Recipe) -> Text:
     """The module of one of the loops above."""
     make = {"force": _force, "total": _total, "tensor": _tensor, "moment": _tensor, "energy": _energy,
-            "stiffness": _stiffness}[name]  # fmt: skip
+            "stiffness": _stiffness, "work": _work}[name]  # fmt: skip
     return recipe.text(*_kinematics(recipe), make(recipe))
 
 

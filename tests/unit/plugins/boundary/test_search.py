@@ -51,6 +51,15 @@ def test_forces_follow_the_new_bonds():
     np.testing.assert_allclose(line[force_density], [[0, 0], *(-pulls), [0, 0]], atol=1e-14)
 
 
+def test_new_bonds_that_are_too_stiff_for_the_step_are_told():
+    _, _, connection = passing(speed=0.1)
+    connection.take(np.empty((0, 2), np.int64))
+    pull = PairwiseForce(connection, spring, k=2.0)
+    scene = rbs.Analysis([Search(connection, when=rbs.every(1)), pull])
+    with pytest.warns(UserWarning, match=r"the bonds found at step 1 allow a time step of .* s, and it is 100 s"):
+        scene.run(steps=2, dt=100.0, force_dt=True, progress=False)
+
+
 def test_a_second_run_begins_with_the_bonds_of_the_scene():
     _, point, connection = passing()
     scene = [Drift(point), Search(connection, when=rbs.every(1))]
