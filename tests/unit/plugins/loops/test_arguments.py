@@ -80,7 +80,8 @@ def test_unknown_name_lists_what_is_known(part):
     message = str(caught.value)
     for word in (
         "law 'law'", __file__, "part 'rod'", "'temprature_i'", "stretch, extension, length, reference_length",
-        "time, dt", "(c, s0)", "age, breakable, contact_distance, influence, intact", "density", "temperature",
+        "time, dt", "(c, s0)", "age, bond_energy, bond_extension, bond_force, breakable",
+        "contact_distance, influence, intact", "density", "temperature",
         "_i or _j",
     ):  # fmt: skip
         assert word in message, word
