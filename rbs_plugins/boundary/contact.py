@@ -40,8 +40,8 @@ class ShortRangeRepulsion(PairwiseForce):
         stiffness: k of the pairwise force k (|y|/d − 1), N/m^6. About 15 c of the softer material is usual (Parks et
             al. 2008, with c the micromodulus of a bond-based one).
         distance: d, m; the mean spacing of the two parts if not given. Nodes of one part that are nearer to each other
-            when they are first found without a bond repel each other from that distance on, so that nothing is pushed
-            at once: neither at rest, nor when a bond between two near nodes has broken.
+            at rest, or when they are found after the bond between them has broken, repel each other from that distance
+            on, so that nothing is pushed at once.
         skin: nodes are looked at as soon as they are nearer than d + skin, m; half of d if not given. A larger one
             means fewer searches of more pairs; results are the same but for round-off.
         search: within one part, when to search at least, if bonds have broken: until then these nodes do not repel
@@ -131,9 +131,10 @@ class ShortRangeRepulsion(PairwiseForce):
 
     def _find(self) -> None:
         """Takes the pairs that may come nearer than they may be before the next search."""
+        before = self._places() if self._room >= 0 else None
         for travel in self._travels:
             travel.look()
-        places = self._pair.places([travel.seen for travel in self._travels])
+        places = self._places()
         reach = self.distance + self.skin
         self._room = self.skin
         if len(places) == 2:
@@ -143,7 +144,11 @@ class ShortRangeRepulsion(PairwiseForce):
             pairs = self._free(pairs_among(places[0], reach))
         known = self._pair.pairs, self._distances()
         self._pair.take(pairs, [travel.seen for travel in self._travels])
-        self._set_distances(*known)
+        self._set_distances(*known, before)
+
+    def _places(self) -> list[NDArray[np.float64]]:
+        """Where the nodes were when somebody has looked, in the world."""
+        return self._pair.places([travel.seen for travel in self._travels])
 
     def _free(self, pairs: Pairs) -> Pairs:
         """Those that no bond holds."""
@@ -162,13 +167,22 @@ class ShortRangeRepulsion(PairwiseForce):
         offsets, neighbors = self._pair.bonds.as_rows()
         return np.repeat(np.arange(len(self._pair)), np.diff(offsets)), neighbors.astype(np.int64)
 
-    def _set_distances(self, pairs: Pairs, distances: NDArray[np.float64]) -> None:
-        """The distance d; of one part, for pairs that are known what they had, for new ones no more than they have."""
+    def _set_distances(
+        self, pairs: Pairs, distances: NDArray[np.float64], before: list[NDArray[np.float64]] | None
+    ) -> None:
+        """Sets d; within one part no more than nodes have at rest, and for known pairs what they had.
+
+        A pair that was as near at the last search, but not among the pairs, was bonded then: it gets the distance at which
+        it is found, so that nothing is pushed at once.
+        """
         if len(self.ends) == 2:
             self._pair[contact_distance] = self.distance
             return
-        found = np.minimum(self._pair.bonds.lengths, self.distance)
         starts, ends = (self._pair.nodes[0][each] for each in self._directed())
+        found = np.minimum(_apart(self.part.positions, starts, ends), self.distance)
+        if before is not None:
+            freed = _apart(before[0], starts, ends) < self.distance + self.skin
+            found[freed] = np.minimum(found, self._pair.bonds.lengths)[freed]
         count = len(self.part)
         old = pairs[:, 0] * count + pairs[:, 1]
         now = np.minimum(starts, ends) * count + np.maximum(starts, ends)
@@ -208,6 +222,11 @@ class ShortRangeRepulsion(PairwiseForce):
 def _name(part: Part, other: Part | None) -> str:
     names = [getattr(each, "name", repr(each)) for each in (part, other) if each is not None]
     return " against ".join(names if len(names) == 2 else [*names, "itself"])
+
+
+def _apart(places: NDArray[np.float64], starts: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Distances of pairs of nodes, m."""
+    return np.asarray(np.linalg.norm(places[ends] - places[starts], axis=1))
 
 
 def _mean_spacing(pair: Connection) -> float:
