@@ -172,8 +172,8 @@ class ShortRangeRepulsion(PairwiseForce):
     ) -> None:
         """Sets d; within one part no more than nodes have at rest, and for known pairs what they had.
 
-        A pair that was as near at the last search, but not among the pairs, was bonded then: it gets the distance at which
-        it is found, so that nothing is pushed at once.
+        A pair that was as near at the last search, but not among the pairs, was bonded then: it gets the distance at
+        which it is found, so that nothing is pushed at once.
         """
         if len(self.ends) == 2:
             self._pair[contact_distance] = self.distance
