@@ -91,17 +91,20 @@ def _clouds(dimension: int) -> tuple[str, ...]:
     return tuple(cloud for cloud in CLOUDS if dimension == 2 or cloud != "single")
 
 
-def conformance(what: str | Sequence[RelationClass] | None = None) -> Callable[..., None]:
+def conformance(
+    what: str | Sequence[RelationClass] | None = None, *, marks: Callable[[Case], Sequence[Any]] = lambda _: ()
+) -> Callable[..., None]:
     """A pytest function, parametrised over every check of every relation.
 
     Args:
         what: name of the module of a plugin, or relation classes; everything that is registered if not given.
+        marks: pytest marks of a case, e.g. to leave some of them to longer runs.
     """
     import pytest
 
-    every = cases(what)
+    every = [pytest.param(case, id=case.name, marks=marks(case)) for case in cases(what)]
 
-    @pytest.mark.parametrize("case", every, ids=[case.name for case in every])
+    @pytest.mark.parametrize("case", every)
     def test(case: Case) -> None:
         try:
             case.run()
