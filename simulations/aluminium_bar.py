@@ -11,7 +11,7 @@ Theory is a thin linear bar with waves of √(E/ρ) = 5046 m/s, which come back 
 
 The thesis omits the rest. Taken here: plane stress, as theory has it; bond-based 1/3 for Poisson's ratio; Hencky's law
 for the correspondence, as in the other chapters; nodes in the middle of 99 x 5 square cells that fill the length, so
-12.83 mm of depth in place of 12; 1.1 periods. Theory is taken at the columns of nodes that are nearest to the three places.
+12.83 mm of depth in place of 12; 1.1 periods. Theory is taken where the columns of nodes nearest to the places are.
 """
 
 from __future__ import annotations
