@@ -41,7 +41,7 @@ def test_aluminium_bar_coarse(tmp_path, model):
 
 @pytest.mark.verify
 def test_aluminium_bar_bond_based(tmp_path):
-    """Far from theory, as all five rows of nodes lack bonds; nearer with ten of them."""
+    """Far from theory, as all five rows of nodes lack bonds; with ten of them that and the sum over a family cancel."""
     found = run("aluminium_bar", tmp_path / "5")
     finer = run("aluminium_bar", tmp_path / "10", n=198, rows=10)
     assert found["nodes"] == (99 + 3) * 5
