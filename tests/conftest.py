@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -23,6 +24,24 @@ settings.load_profile("rbs")
 
 FLAGS = {"verify": "run long physics", "bench": "run measurements of speed"}
 
+# With --verify only: tests whose loops take long to compile, and that look at more kinds of what others look at.
+LONGER = re.compile(
+    r"""
+    test_correspondence_suite\.py
+    | test_correspondence\.py::test_(strain_and_stress_break|checkerboard|plastic_strains|nodes_that_lose)
+    | test_correspondence\.py::test_uniform_deformation_is_exact\[(1|3|2-stress-lattice)
+    | test_surface\.py::test_(single_precision|list_and_lattice_agree\[(1|3|2-none))
+    | test_lattice\.py::test_both_representations_agree\[(partial|late|no-fail)
+    | test_lattice_agrees\.py::test_forces\S*\[(more\ than|steps\ longer|two\ forces|time|table|\S.*[13]-D\])
+    | test_failure\.py::test_(mean_energy|secant)
+    | test_solids\.py::test_(diagonal|sarego|nooru_mohamed_coarse\[(bond|nodal))
+    | test_plane_waves\.py::test_frequency.*correspondence
+    | test_bars\.py::test_aluminium_bar_coarse\[correspondence
+    | test_documents\.py::test_code_runs\S*explain_extremes
+    """,
+    re.VERBOSE,
+)
+
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Adds --verify and --bench."""
@@ -33,6 +52,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Skips what is marked verify or bench, unless the flag of that name is given."""
     for item in items:
+        if LONGER.search(item.nodeid):
+            item.add_marker(pytest.mark.verify)
         for name in FLAGS:
             if name in item.keywords and not config.getoption(f"--{name}"):
                 item.add_marker(pytest.mark.skip(reason=f"runs with --{name}"))
