@@ -48,19 +48,19 @@ def test_list_tells_which_plugins_failed(empty_registry, capsys):
 
 
 def test_describe_a_relation(built_in, capsys):
-    text = told(capsys, "describe", "Damage")
-    assert text.startswith("Damage(")
-    assert "Broken share of each family by volume" in text
+    text = told(capsys, "describe", "FractureDissipation")
+    assert text.startswith("FractureDissipation(")
+    assert "the energy that bonds held when they broke" in text
     words = dict(line.split(maxsplit=1) for line in text.splitlines() if line.startswith("  "))
     assert words == {
-        "reads": "intact, volume",
-        "writes": "damage",
+        "reads": "dissipation_density, volume",
+        "writes": "fracture_dissipation",
         "updates": "nothing",
         "adds": "nothing",
         "offers": "nothing",
     }
-    assert text.splitlines()[-1].startswith("rbs_plugins.constitutive.fracture, ")
-    assert text.rstrip().endswith("fracture.py")
+    assert text.splitlines()[-1].startswith("rbs_plugins.measures.")
+    assert text.rstrip().endswith(".py")
 
 
 def test_describe_a_contract_that_depends_on_the_arguments(built_in, capsys):

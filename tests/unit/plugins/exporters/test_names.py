@@ -37,7 +37,11 @@ def test_nearest_names():
         ("damage", ("node",), "me: 'damage' is no node field: why; 'damage' is a name: give the field itself, as in"),
         ("kinetic_energy", ("node",), "me: 'kinetic_energy' is no node field: why; "),
         (kinetic_energy, ("node", "bond"), r"me: Field\('kinetic_energy'.* is no node field and no bond field: why; "),
-        (damage, ("part",), r"is no number of the part: why; there are external_work, fracture_dissipation"),
+        (
+            damage,
+            ("part",),
+            r"is no number of the part: why; there are crack_tip, crack_tip_speed, external_work, fracture_dissipation",
+        ),
         (None, ("node",), "me: None is no node field: why$"),
     ],
 )
