@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rbs_core import BadInput, Constitutive, Field, NotFinite, Part, Trigger, always
+from rbs_core import BadInput, Constitutive, Field, NotFinite, Part, Relation, Trigger, always
 from rbs_core.honesty import not_finite
 from rbs_core.part import Connection, Host, Lattice
 from rbs_core.relation import Fields
@@ -41,6 +41,12 @@ def require_bonds(name: str, host: Host) -> None:
 def precision_of(part: Part) -> type[np.floating[Any]]:
     """Type of the numbers in the fields of a part."""
     return np.float32 if part.precision == "single" else np.float64
+
+
+def starts_of(relations: Sequence[Relation]) -> Any:
+    """Which of the relations that are done together set their sum instead of adding to it; False if none does."""
+    starts = np.array([bool(each.starts) for each in relations])
+    return starts if starts.any() else False
 
 
 class BondRelation(Constitutive):

@@ -14,7 +14,7 @@ from rbs_core import BadInput, Part, Relation, Trigger, always
 from rbs_core.part import Connection
 from rbs_core.relation import Fields, Key
 from rbs_core.trigger import Clock
-from rbs_plugins.constitutive.bonded import BondRelation, precision_of
+from rbs_plugins.constitutive.bonded import BondRelation, precision_of, starts_of
 from rbs_plugins.constitutive.corrections import set_partial_volume
 from rbs_plugins.constitutive.influence import Influence, influence_at, set_influence
 from rbs_plugins.fields import (
@@ -207,8 +207,7 @@ class Dilatation(BondRelation):
     def batch(self, relations: Sequence[Relation]) -> Callable[[Clock], None]:
         every: Any = [each._loops for each in relations if isinstance(each, Dilatation)]
         merged = self._loops.merged(every)
-        starts: Any = np.array([bool(each.starts) for each in relations])
-        start = starts if starts.any() else False
+        start = starts_of(relations)
 
         def apply(clock: Clock) -> None:
             merged.add(clock.time, clock.dt, start)

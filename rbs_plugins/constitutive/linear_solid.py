@@ -38,10 +38,12 @@ def held(
     deviatoric_modulus_i, deviatoric_modulus_j,
 ):  # fmt: skip
     """What the bond holds: half of its pull times its extension, since the solid is linear in all extensions."""
-    own, other = inverse_weighted_volume_i, inverse_weighted_volume_j
-    grown = own * dilatational_modulus_i * dilatation_i + other * dilatational_modulus_j * dilatation_j
-    stiff = own * deviatoric_modulus_i + other * deviatoric_modulus_j
-    return 0.5 * influence * (grown * reference_length + stiff * extension) * extension
+    pull = linear_solid(
+        extension, reference_length, influence, dilatation_i, dilatation_j,
+        inverse_weighted_volume_i, inverse_weighted_volume_j, dilatational_modulus_i, dilatational_modulus_j,
+        deviatoric_modulus_i, deviatoric_modulus_j,
+    )  # fmt: skip
+    return 0.5 * pull * extension
 
 
 def beyond_in_tension(

@@ -13,7 +13,7 @@ from rbs_core import BadInput, BadLaw, Part, Relation, Trigger, always
 from rbs_core.part import Connection, Lattice
 from rbs_core.relation import Fields, Key
 from rbs_core.trigger import Clock
-from rbs_plugins.constitutive.bonded import BondLoops, BondRelation
+from rbs_plugins.constitutive.bonded import BondLoops, BondRelation, starts_of
 from rbs_plugins.constitutive.corrections import set_partial_volume
 from rbs_plugins.constitutive.fracture import Criterion
 from rbs_plugins.constitutive.record import check_record
@@ -268,8 +268,7 @@ class PairwiseForce(BondRelation):
         merged = self._loops.merged(every)
 
         now = [0.0, 0.0]  # one for all
-        start: Any = np.array([bool(force.starts) for force in forces])
-        start = start if start.any() else False
+        start = starts_of(forces)
         for force in forces:
             force._called, force._now = True, now
 
