@@ -24,7 +24,7 @@ from rbs_core.errors import (
     UndeclaredField,
     UnstableStep,
 )
-from rbs_core.fields import Field, intact, reference_position, volume
+from rbs_core.fields import Field, intact, is_fictitious, reference_position, volume
 from rbs_core.geometry import (
     Ball,
     Bar,
@@ -62,7 +62,7 @@ from rbs_core.geometry import (
     Where,
 )
 from rbs_core.hookspecs import hookimpl
-from rbs_core.part import Bonds, Connection, Neighborhood, Node, Part
+from rbs_core.part import Bonds, Connection, FictitiousLayer, Neighborhood, Node, Part
 from rbs_core.plugins import registry
 from rbs_core.relation import Boundary, Constitutive, Exporter, Integrator, Measure, Relation
 from rbs_core.report import Report, configure_logging
@@ -95,6 +95,7 @@ __all__ = [
     "Disk",
     "Everywhere",
     "Exporter",
+    "FictitiousLayer",
     "Field",
     "FieldClash",
     "Geometry",
@@ -144,6 +145,7 @@ __all__ = [
     "grids",
     "hookimpl",
     "intact",
+    "is_fictitious",
     "last",
     "once",
     "realtime",

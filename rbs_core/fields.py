@@ -66,8 +66,11 @@ reference_position = Field(
 )
 volume = Field("volume", "node", "scalar", "m^3", "V", "Volume that the node stands for.")
 intact = Field("intact", "bond", "scalar", "1", "μ", "1 while the bond holds, 0 once broken.", "uint8", 1)
+is_fictitious = Field(
+    "is_fictitious", "node", "scalar", "1", "χ", "1 for nodes of a layer beyond the body, 0 for those of it.", "uint8"
+)
 
-KERNEL_FIELDS = (reference_position, volume, intact)
+KERNEL_FIELDS = (reference_position, volume, intact, is_fictitious)
 
 
 class FieldStore:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rbs_core.fields import Field, intact, reference_position, volume
+from rbs_core.fields import Field, intact, is_fictitious, reference_position, volume
 
 displacement = Field("displacement", "node", "vector", "m", "u", "Position minus reference position.")
 velocity = Field("velocity", "node", "vector", "m/s", "v", "Rate of the displacement.")
@@ -153,4 +153,11 @@ VOCABULARY = (
     j_integral,
 )
 
-__all__ = [*(field.name for field in VOCABULARY), "VOCABULARY", "intact", "reference_position", "volume"]
+__all__ = [
+    *(field.name for field in VOCABULARY),
+    "VOCABULARY",
+    "intact",
+    "is_fictitious",
+    "reference_position",
+    "volume",
+]

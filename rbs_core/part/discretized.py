@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rbs_core.errors import BadInput, MissingField
-from rbs_core.fields import FieldStore, reference_position, volume
+from rbs_core.fields import FieldStore, is_fictitious, reference_position, volume
 from rbs_core.geometry import Geometry
 from rbs_core.part.estimate import require_points
 from rbs_core.part.host import Host
+from rbs_core.part.layer import BODY, Beyond, Extension, FictitiousLayer
 from rbs_core.part.neighborhoods import Bonds
 from rbs_core.part.regions import NodeSets, Region, nodes_in
 from rbs_core.part.views import Node
@@ -102,6 +103,57 @@ class Discretized(Host):
         self.spacing, self.grid, self._cells = spacing, None, None
         return self
 
+    def extend(self, name: str, where: Beyond, thickness: float | None = None) -> FictitiousLayer:
+        """Adds nodes outside of the body, which carry supports and loads and complete the families at its surface.
+
+        Args:
+            name: of the node set that they become.
+            where: a side of the body, "-x" or "+y", on which its outermost nodes are continued; several sides, corners
+                between them filled; a geometry, filled along the grid of the nodes; or a grid of its own (`rbs.grids`).
+            thickness: on a side, m: the horizon. As many spacings as fit into it.
+
+        Call it before `connect`, and before other fields are set. What is no layer becomes the node set "body", to
+        which sums and means over the part are limited. Nodes on a grid are numbered anew along it.
+
+        Raises:
+            BadInput: if the part is connected or has fields already, on a name that is taken, an unknown side, a layer
+                without nodes or one that lies on the body or on another layer.
+        """
+        store, owner = self._node_store, f"part '{self.name}'"
+        if self._bonds is not None:
+            raise BadInput(f"{owner} is connected, and a new layer would have no bonds: extend it before connect")
+        others = [field.name for field in store if field not in (reference_position, volume, is_fictitious)]
+        if others:
+            raise BadInput(f"{owner}: new nodes would have no {', '.join(others)}: extend it before these are set")
+        if not isinstance(name, str) or not name or name in self._sets or name == BODY:
+            raise BadInput(f"{owner}: the name of a layer must be a text that no node set has yet, got {name!r}")
+        if BODY in self._sets and not self.extended:
+            raise BadInput(f"{owner}: its node set 'body' would be replaced by what is no layer: give it another name")
+        extension = Extension(self, self._cells, self.thickness or self.area or 1.0)
+        places, sizes = extension.find(where, thickness, self[volume])
+        positions, order, grid, cells = extension.laid(places)
+        count, sets, spacing = len(self), {BODY: self.body, **self._sets}, self.spacing
+        new_place = np.empty(len(order), np.int64)
+        new_place[order] = np.arange(len(order))
+        fictitious = np.ones(len(order), np.uint8)
+        fictitious[new_place[sets[BODY]]] = 0
+        self._place(positions, np.concatenate([self[volume], sizes])[order])
+        self.spacing, self.grid, self._cells = spacing, grid, cells
+        self._node_store.set(is_fictitious, fictitious)
+        for each, nodes in {**{key: new_place[held] for key, held in sets.items()}, name: new_place[count:]}.items():
+            self.node_sets[each] = nodes
+        return FictitiousLayer(self, name)
+
+    @property
+    def extended(self) -> bool:
+        """True if some nodes belong to a fictitious layer."""
+        return is_fictitious in self._node_store and bool(self._node_store.get(is_fictitious).any())
+
+    @property
+    def body(self) -> NDArray[np.int64]:
+        """Ascending indices of the nodes that belong to no fictitious layer."""
+        return np.flatnonzero(self[is_fictitious] == 0) if self.extended else np.arange(len(self))
+
     def _across(self, thickness: float | None, area: float | None) -> float:
         """Volume per length**d of the cells; remembers thickness and area."""
         for name, value, dimension in (("thickness", thickness, 2), ("area", area, 1)):
@@ -150,15 +202,21 @@ class Discretized(Host):
         """The named regions: name to ascending indices (k,) of nodes; `part.node_sets["left"] = region` makes one."""
         return NodeSets(f"part '{self.name}'", self._sets, self.where)
 
-    def where(self, region: Region) -> NDArray[np.int64]:
+    def where(self, region: Region | FictitiousLayer) -> NDArray[np.int64]:
         """Ascending indices of nodes: those in a geometry, a mask (n,), a list of indices, or the node set of a name.
 
         Args:
-            region: one of these, or a function of the (n, d) reference positions that returns a mask or indices.
+            region: one of these, a fictitious layer, or a function of the (n, d) reference positions that returns a
+                mask or indices.
 
         Raises:
-            BadInput: if the mask has another length, or an index or a node set does not exist (with the nearest names).
+            BadInput: if the mask has another length, an index or a node set does not exist (with the nearest names), or
+                the layer is of another part.
         """
+        if isinstance(region, FictitiousLayer):
+            if region.part is not self:
+                raise BadInput(f"part '{self.name}': {region!r} is of another part")
+            region = region.name
         return nodes_in(f"part '{self.name}'", region, self.positions, self._sets)
 
     @property

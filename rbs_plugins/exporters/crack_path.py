@@ -29,7 +29,7 @@ class CrackPath(Exporter):
         part: 2-D or 3-D part; a relation such as Damage writes its damage in front of this one.
         path: folder and beginning of the file names.
         threshold: nodes with more damage than this belong to cracks, between 0 and 1.
-        within: geometry, mask, indices or node set to look at; the whole part if not given. A crack in 3-D is a
+        within: geometry, mask, indices or node set to look at; the body of the part if not given. A crack in 3-D is a
             surface: take a slab one spacing thick for its trace there.
         when: trigger.
 
@@ -58,7 +58,7 @@ class CrackPath(Exporter):
         if part.dimension == 1:
             raise BadInput(f"{self.label}: a crack in a 1-D part is a point: take CrackTip")
         self.threshold = checked_threshold(self.label, threshold)
-        self.nodes = np.arange(len(part)) if within is None else part.where(within)
+        self.nodes = part.body if within is None else part.where(within)
         if not len(self.nodes):
             raise BadInput(f"{self.label}: no node lies in {within!r}: check the region or the spacing")
         if part.spacing is None:

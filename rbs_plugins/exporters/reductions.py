@@ -30,8 +30,8 @@ def total(
 
     Args:
         field: node field.
-        where: region of nodes: a geometry, a mask, indices, a function of the reference positions, or the name of a
-            node set of the part; all nodes if not given.
+        where: region of nodes: a geometry, a mask, indices, a function of the reference positions, a fictitious layer, or
+            the name of a node set of the part; if not given, all nodes but those of fictitious layers.
         component: "x", "y", "z" or a number for vectors, two of them for tensors ("xy"), or "magnitude"; a column for
             each component if not given.
         weights: scalar node field, e.g. `volume`: the force on a region is
@@ -119,7 +119,8 @@ class Reduced:
     def __init__(self, owner: str, reduction: Reduction, part: Part) -> None:
         self._reduction, self.unit = reduction, reduction.unit
         self._owner = f"{owner}: {reduction!r}"
-        self._nodes = nodes_of(self._owner, part, reduction.where)
+        everywhere = part.body if part.extended else None
+        self._nodes = everywhere if reduction.where is None else nodes_of(self._owner, part, reduction.where)
         components = _components(self._owner, reduction.field, reduction.component, part.dimension)
         self._entries = [entry for _, entry in components]
         region = f"_{reduction.where}" if isinstance(reduction.where, str) else ""

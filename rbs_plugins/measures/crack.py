@@ -22,7 +22,7 @@ class CrackTip(Measure):
         part: the part; a relation such as Damage writes its damage in front of this one.
         direction: (d,) in which the crack grows; its length does not matter.
         threshold: nodes with more damage than this belong to the crack, between 0 and 1.
-        within: geometry, mask, indices or node set to which the crack is confined; the whole part if not given.
+        within: geometry, mask, indices or node set to which the crack is confined; the body of the part if not given.
         start: (d,) tip before any node is damaged, m; the origin if not given.
         window: over how many looks the speed is taken, at least 2.
         position: where to write the tip; another vector field of parts if there are several tips.
@@ -70,7 +70,7 @@ class CrackTip(Measure):
         self.threshold = checked_threshold(self.label, threshold)
         if not (isinstance(window, int) and window >= 2):
             raise BadInput(f"{self.label}: window={window!r} must be a whole number of looks, at least 2")
-        self.nodes = np.arange(len(part)) if within is None else part.where(within)
+        self.nodes = part.body if within is None else part.where(within)
         if not len(self.nodes):
             raise BadInput(f"{self.label}: no node lies in {within!r}: check the region or the spacing")
         self.window = window

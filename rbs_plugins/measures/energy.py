@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rbs_core import BadInput, Field, Measure, Part, Trigger, always
+from rbs_core import BadInput, Field, Measure, Part, Trigger, always, is_fictitious
 from rbs_core.relation import Fields, Key
 from rbs_core.trigger import Clock
 from rbs_plugins.constitutive.bond_based import BondBased
@@ -32,7 +32,7 @@ Energetic = PairwiseForce | Correspondence  # forces that know their energy
 
 
 class KineticEnergy(Measure):
-    """T = Σ ½ ρ V |v|²."""
+    """T = Σ ½ ρ V |v|², over the nodes of the body: those of fictitious layers are left out."""
 
     example = {}
     reads = (velocity, density, volume)
@@ -40,12 +40,27 @@ class KineticEnergy(Measure):
 
     def attach(self) -> None:
         self._partial = chunks(len(self.part))
-        arrays = {"mass": self[density], "volume": self[volume], "velocity": self[velocity], "partial": self._partial}
+        arrays = {
+            "mass": self[density],
+            "volume": body_volumes(self),
+            "velocity": self[velocity],
+            "partial": self._partial,
+        }
         self._loop = Loop(Text.of(sum_motion), "sum_motion", {**arrays, "chunk": CHUNK}, len(self.part))
 
     def apply(self, clock: Clock) -> None:
         self._loop()
         self[kinetic_energy][...] = 0.5 * self._partial.sum()
+
+
+def body_volumes(measure: Measure) -> NDArray[np.float64]:
+    """Volumes of the nodes, none for those of fictitious layers, so that sums are over the body."""
+    volumes = measure[volume]
+    return (
+        np.where(measure.part[is_fictitious] == 0, volumes, 0).astype(volumes.dtype)
+        if measure.part.extended
+        else volumes
+    )
 
 
 class _Integral:
@@ -62,7 +77,7 @@ class _Integral:
 
 
 class StrainEnergy(Measure):
-    """U = Σ W V, W the energy in the intact bonds, half for either end.
+    """U = Σ W V, W the energy in the intact bonds, half for either end; over the nodes of the body.
 
     Args:
         part: the part.
@@ -94,7 +109,7 @@ class StrainEnergy(Measure):
         return tuple(dict.fromkeys([volume, *looked_at]))
 
     def attach(self) -> None:
-        self._total = _Integral(self[strain_energy_density], self[volume])
+        self._total = _Integral(self[strain_energy_density], body_volumes(self))
 
     def begin(self, clock: Clock) -> None:
         for force in self._forces:
@@ -112,14 +127,14 @@ class StrainEnergy(Measure):
 
 
 class FractureDissipation(Measure):
-    """Φ = Σ D V: the energy that bonds held when they broke."""
+    """Φ = Σ D V: the energy that bonds held when they broke; over the nodes of the body."""
 
     example = {}
     reads = (dissipation_density, volume)
     writes = (fracture_dissipation,)
 
     def attach(self) -> None:
-        self._total = _Integral(self[dissipation_density], self[volume])
+        self._total = _Integral(self[dissipation_density], body_volumes(self))
 
     def apply(self, clock: Clock) -> None:
         self[fracture_dissipation][...] = self._total()

@@ -116,7 +116,7 @@ class DisplacementGradient:
 
     Attributes:
         values: (n, d, d), dimensionless, as `find` has found them.
-        singular: how many nodes have a singular shape tensor.
+        singular: how many nodes of the body have a singular shape tensor.
     """
 
     def __init__(self, of: FamilyMeasure) -> None:
@@ -138,7 +138,8 @@ class DisplacementGradient:
         """Sums anew, over the bonds that hold now."""
         if self._inverse is None or self._of.may_have_broken:
             self._sum(self._shapes, self._shape, time, dt)
-            self._inverse, self.singular = inverses(self._shape.astype(np.float64))
+            self._inverse, regular = inverses(self._shape.astype(np.float64))
+            self.singular = int(np.count_nonzero(~regular[self._of.part.body]))
         self._sum(self._loops, self._moved, time, dt)
         np.matmul(self._moved, self._inverse, out=self.values)
         return self.values
@@ -156,8 +157,8 @@ class DisplacementGradient:
         return held + self._loops.nbytes + self._shapes.nbytes
 
 
-def inverses(tensors: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:
-    """Inverses (n, d, d) of symmetric positive tensors; zero for those that are singular, and their number."""
+def inverses(tensors: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Inverses (n, d, d) of symmetric positive tensors, zero for those that are singular; which ones are regular."""
     d = tensors.shape[1]
     size = np.trace(tensors, axis1=1, axis2=2) / d
     # scaled: entries in m^5 are small, and products of them underflow
@@ -165,4 +166,4 @@ def inverses(tensors: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:
     regular = (size > 0) & (np.linalg.det(scaled) > SINGULAR[d])
     found = np.zeros_like(tensors)
     found[regular] = np.linalg.inv(scaled[regular]) / size[regular][:, None, None]
-    return found, int(len(tensors) - np.count_nonzero(regular))
+    return found, regular

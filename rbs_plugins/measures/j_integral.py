@@ -98,7 +98,8 @@ class JIntegral(FamilyMeasure):
                 f"horizons ({2 * delta:g} m) from the tip and be at least one ({delta:g} m) wide"
             )
         half = 0.5 * (part.spacing or 0.0)
-        low, high = part.positions.min(axis=0) - half, part.positions.max(axis=0) + half
+        places = part.positions[part.body]
+        low, high = places.min(axis=0) - half, places.max(axis=0) + half
         room = float(np.minimum(high - self.tip, self.tip - low).min())
         if self.outer > room * (1 + 1e-9):
             raise BadInput(

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from rbs_core import BadInput, FieldClash, MissingField, intact, reference_position, volume
+from rbs_core import BadInput, FieldClash, MissingField, intact, is_fictitious, reference_position, volume
 from rbs_core.fields import KERNEL_FIELDS, FieldStore
 from tests.unit.core.toys import field
 
@@ -52,7 +52,7 @@ def test_the_shape_of_an_entry_follows_the_dimension(dimension):
 
 
 def test_the_fields_of_the_kernel():
-    assert (reference_position, volume, intact) == KERNEL_FIELDS
+    assert (reference_position, volume, intact, is_fictitious) == KERNEL_FIELDS
     assert (intact.dtype, intact.initial) == ("uint8", 1)  # bonds hold until something breaks them
 
 

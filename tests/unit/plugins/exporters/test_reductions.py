@@ -177,3 +177,18 @@ def test_sums_are_as_good_as_double_precision(precision, rng):
     exact = math.fsum(many[displacement][:, 1].tolist())
     found = numbers(total(displacement, component="y"), many)["total_displacement_y"]
     assert abs(found - exact) <= 20 * 2.2e-16 * float(np.abs(many[displacement][:, 1]).sum(dtype=float))
+
+
+def test_layers_are_left_out_unless_they_are_named():
+    part = rbs.Part("bar", rbs.Box(size=3.0)).discretize(1.0)
+    layer = part.extend("grip", "+x", 1.0)
+    part[damage] = [0.25, 0.5, 0.75, 1.0]
+    for reduction, value in [
+        (total(damage), 1.5),
+        (mean(damage, weights=volume), 0.5),
+        (largest(damage), 0.75),
+        (largest(damage, layer), 1.0),
+        (total(damage, "grip"), 1.0),
+        (total(damage, rbs.Everywhere()), 2.5),
+    ]:
+        assert list(numbers(reduction, part).values()) == [value]

@@ -80,3 +80,17 @@ def test_bad_input_is_refused():
     ]:
         with pytest.raises(BadInput, match=why):
             CrackTip(part, **given)
+
+
+def test_layers_belong_to_no_crack():
+    """A cut through the body and the layer behind it ends in the body; a region may name the layer."""
+    part = rbs.Part("plate", rbs.Box(size=(10.0, 8.0))).discretize(1.0)
+    layer = part.extend("grip", "+x", 4.0)
+    part.connect(3.015)
+    part.bonds.cut(rbs.Segment((-30.0, 0.0), (30.0, 0.0)))
+    there = Field("there", "part", "vector", "m", "x", "Tip in the layer.")
+    fast = Field("fast", "part", "scalar", "m/s", "v", "Speed of the tip in the layer.")
+    within = CrackTip(part, (1, 0), within=layer, position=there, speed=fast)
+    rbs.Analysis([Damage(part), CrackTip(part, (1, 0)), within]).run(steps=1, dt=1.0, progress=False)
+    assert part[crack_tip].tolist() == [4.5, 0.0]
+    assert part[there].tolist() == [8.5, 0.0]

@@ -34,6 +34,22 @@ def test_kinetic_energy(dimension, shape, rng):
     assert part[kinetic_energy] == pytest.approx(wanted, rel=1e-13)  # positive terms: an ulp per level of the sum
 
 
+def test_energies_are_those_of_the_body():
+    """Of a bar of six nodes and a layer of two that all move alike: 6 ½ ρ V v², and the energy of their halves."""
+    part = rbs.Part("bar", rbs.Box(size=6.0)).discretize(1.0)
+    part.extend("clamp", "-x", 2.0)
+    part.connect(2.0)
+    part[density], part[velocity], part[dissipation_density] = 2.0, 3.0, 5.0
+    part[displacement] = 1e-3 * part.positions
+    force = BondBased(part, E=1.0)
+    relations = [force, KineticEnergy(part), StrainEnergy(part, [force]), FractureDissipation(part)]
+    rbs.Analysis(relations).run(steps=1, dt=1e-9, progress=False)
+    assert part[kinetic_energy] == 6 * 0.5 * 2.0 * 9.0
+    assert part[fracture_dissipation] == 6 * 5.0
+    assert part[strain_energy] == pytest.approx(part[strain_energy_density][part.body].sum(), rel=1e-14)
+    assert part[strain_energy_density][:2].min() > 0.0
+
+
 @pytest.mark.parametrize("dimension", [1, 2, 3])
 def test_strain_energy_of_a_brittle_body(dimension, rng):
     """W_i = ½ Σ μ ½ c s² |ξ| V_j and U = Σ W V, broken bonds left out."""

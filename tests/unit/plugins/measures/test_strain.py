@@ -98,3 +98,12 @@ def test_bad_input_is_refused():
         Strain(BondBased(part, E=1e9))
     with pytest.raises(BadInput, match="the part has no bonds"):
         Strain(rbs.Part("loose", rbs.Box(size=(1.0, 1.0))).discretize(0.5))
+
+
+def test_families_of_layers_are_not_counted():
+    part = rbs.Part("plate", rbs.Box(size=(3.0, 3.0))).discretize(1.0)
+    part.extend("nail", rbs.Box(size=(2.0, 0.5), center=(2.6, 0.0)))
+    part.connect(1.0)
+    part[displacement] = 0.0
+    run(Strain(part))
+    assert part[singular_families] == 0
