@@ -30,7 +30,7 @@ def total(
 
     Args:
         field: node field.
-        where: region of nodes: a geometry, a mask, indices, a function of the reference positions, a fictitious layer, or
+        where: region of nodes: a geometry, a mask, indices, a function of the reference positions, a layer, or
             the name of a node set of the part; if not given, all nodes but those of fictitious layers.
         component: "x", "y", "z" or a number for vectors, two of them for tensors ("xy"), or "magnitude"; a column for
             each component if not given.
