@@ -60,6 +60,10 @@ class Correspondence(CorrespondenceBonds):
         when: trigger.
         **parameters: numbers that law, criterion and potential ask for.
 
+    Attributes:
+        hold: while true, `apply` is a trial from the state of the last step: no bond breaks, and the states of the law
+            and of softening bonds enter as they are and stay so.
+
     Raises:
         BadLaw: if a function asks for something that nobody knows, or (at the start of the run) cannot be compiled.
         BadInput: on a connection, wrong constants, an unknown name; at the start of the run, if the shape tensor of a
@@ -125,7 +129,7 @@ class Correspondence(CorrespondenceBonds):
         self._thickness = known.thickness if self.case == "stress" else None
         self._softening = fracture if isinstance(fracture, BondSoftening) else None
         self._fraction = set_partial_volume(part, partial_volume)
-        self._now = (0.0, 0.0)
+        self._now, self.hold = (0.0, 0.0), False
         self._resolve(parameters)
         self._warned = False
         if fracture is not None:
@@ -207,7 +211,7 @@ class Correspondence(CorrespondenceBonds):
 
     def apply(self, clock: Clock) -> None:
         self._now = (clock.time, clock.dt)
-        finite, broke = self._loops.force(clock.time, clock.dt, bool(self.starts))
+        finite, broke = self._loops.force(clock.time, clock.dt, bool(self.starts), self.hold)
         if not finite:
             raise self.blame()
         if broke and self._loops.lost:

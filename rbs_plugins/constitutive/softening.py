@@ -17,6 +17,16 @@ def soften(largest_stretch, s_min, s0, sharpness):
     return 1.0 if largest_stretch < s_min else (0.0 if largest_stretch > s0 else falling)
 
 
+def soften_slope(largest_stretch, s_min, s0, sharpness):
+    """dT_s/ds = −β sech²(n)/(s0 − s_min) between the two stretches, n the argument of tanh above.
+
+    Hashim (2021, eq. 6.7) prints ∂q/∂n = tanh²(n − 1) where it is tanh²(n) − 1.
+    """
+    level = tanh(sharpness * (s_min + s0 - 2.0 * largest_stretch) / (s_min - s0))
+    falling = sharpness * (1.0 - level * level) / (s_min - s0)
+    return 0.0 if largest_stretch < s_min or largest_stretch > s0 else falling
+
+
 class BondSoftening(Criterion):
     """The force state of a bond fades between two stretches and the bond is deleted at the second (Hashim 2021, 6.2.1).
 
@@ -37,6 +47,7 @@ class BondSoftening(Criterion):
     """
 
     softening = staticmethod(soften)
+    slope = staticmethod(soften_slope)
 
     def __init__(
         self, s_min: float, s0: float, *, sharpness: float = 3.0, within: Geometry | None = None,

@@ -182,8 +182,14 @@ class TensorLatticeLoops:
             loop()
         self._gather()
 
-    def force(self, time: float, dt: float, start: bool = False) -> tuple[bool, bool]:
+    def force(self, time: float, dt: float, start: bool = False, hold: bool = False) -> tuple[bool, bool]:
         """Adds the force density of the present displacement to "out", or sets it.
+
+        Args:
+            time: s.
+            dt: s.
+            start: whether it is set.
+            hold: no bond fails, and states stay what they are.
 
         Returns:
             Whether it is finite, and whether bonds have failed.
@@ -191,7 +197,8 @@ class TensorLatticeLoops:
         r, broke = self._recipe, False
         self._take()
         self._stress.set(time=time, dt=dt)
-        at_once = self._failure is not None and not r.late
+        fails = self._failure is not None and not hold
+        at_once = fails and not r.late
         if at_once and r.early:
             broke = self._break(time, dt) is not None
         self._stress()
@@ -201,11 +208,11 @@ class TensorLatticeLoops:
                 broke = True
                 self._stress(again)
         self._forces()
-        for loop in self._keeps:
+        for loop in () if hold else self._keeps:
             loop()
         self._finish.set(start=start)
         finite = not self._finish().any()
-        if self._failure is not None and r.late:
+        if fails and r.late:
             broke = self._break(time, dt) is not None
         return finite, broke
 

@@ -41,6 +41,7 @@ class TensorRecipe(Recipe):
         soft: arguments of the function that softens bonds, or None; rows only.
         even: whether g is the same for all nodes whose shape tensor is not singular; lattice only.
         softening: that function.
+        slope: its derivative with respect to the stretch, for tangents.
         keeps: which tensors of a node are stored: letters of "FP".
         early: whether bonds can be tested before the deformation gradients are known.
     """
@@ -52,6 +53,7 @@ class TensorRecipe(Recipe):
     gain: bool = True
     even: bool = False
     softening: Callable[..., Any] | None = None
+    slope: Callable[..., Any] | None = None
     soft_arguments: tuple[Argument, ...] = ()
     keeps: str = ""
     early: bool = True
@@ -72,7 +74,7 @@ class TensorRecipe(Recipe):
 
     @property
     def laws(self) -> dict[str, Callable[..., Any]]:
-        more = {"thickness": self.thickness, "soften": self.softening}
+        more = {"thickness": self.thickness, "soften": self.softening, "slope": self.slope}
         return {**super().laws, **{name: function for name, function in more.items() if function is not None}}
 
     @property
@@ -111,7 +113,7 @@ class TensorRecipe(Recipe):
         """What the loops call for a node: `stretch_across`."""
         if not self.across:
             return []
-        names, d = self._passed(), self.dimension
+        names, d = self.passed(), self.dimension
         entries = [f"h{a}{b}" for a in range(d) for b in range(d)]
         if self.thickness is not None:
             call = f"thickness({', '.join(self.value_of(a, 'F') for a in self.thickness_arguments)})"
@@ -128,7 +130,7 @@ class TensorRecipe(Recipe):
                  *(SECANTS * secant), "return t"]  # fmt: skip
         return [residual, strict("stretch_across", ", ".join([*entries, "stiff", *names]), *lines)]
 
-    def _passed(self) -> list[str]:
+    def passed(self) -> list[str]:
         """Names of what the functions of a node need beside F."""
         every = {a.name: a for a in (*self.at_nodes, *self.potential_arguments)}
         return list(dict.fromkeys(self.value_of(a, "F") for a in every.values() if a.name != "F"))
@@ -160,7 +162,7 @@ class TensorRecipe(Recipe):
                 lines.append(f"h{a}{b} = ({' + '.join(terms)}) * per_horizon")
         if self.across:
             entries = [f"h{a}{b}" for a in range(d) for b in range(d)]
-            lines.append(f"across = stretch_across({', '.join([*entries, 'stiff', *self._passed()])})")
+            lines.append(f"across = stretch_across({', '.join([*entries, 'stiff', *self.passed()])})")
         across = "across" if self.across else "REAL(1.0)"
         return [*lines, f"F = {gradient(d, 'h{a}{b}', across, self.case)}"]
 

@@ -92,13 +92,21 @@ class TensorRowLoops:
         """(n,) whether the shape tensor of a node has no inverse."""
         return self._inputs["singular_nodes"].astype(np.bool_)
 
-    def force(self, time: float, dt: float, start: bool = False) -> tuple[bool, bool]:
+    def force(self, time: float, dt: float, start: bool = False, hold: bool = False) -> tuple[bool, bool]:
         """Adds the force density of the present displacement to "out".
+
+        Args:
+            time: s.
+            dt: s.
+            start: never true: sums of rows are added.
+            hold: no bond fails, and states stay what they are.
 
         Returns:
             Whether it is finite, and whether bonds have failed.
         """
         assert not start
+        if hold:
+            return self._trial(time, dt), False
         r, broke = self._recipe, False
         self._stress.set(time=time, dt=dt)
         at_once = self._failure is not None and not r.late
@@ -116,6 +124,31 @@ class TensorRowLoops:
         if self._failure is not None and r.late:
             broke = self._break(time, dt) is not None
         return finite, broke
+
+    def _trial(self, time: float, dt: float) -> bool:
+        """The force as if the last step had come here; whether it is finite."""
+        self._stress.set(time=time, dt=dt)
+        self._stress()
+        largest = self.trial_stretch(time, dt)
+        if largest is None:
+            return not self._force().any()
+        self._force.set(field_largest_stretch=largest)
+        finite = not self._force().any()
+        self._force.set(field_largest_stretch=self._inputs["largest_stretch"])
+        return finite
+
+    def trial_stretch(self, time: float, dt: float) -> NDArray[np.float64] | None:
+        """(m,) largest stretch of every bond so far, the present one included; None if it is not asked for now."""
+        r = self._recipe
+        if r.softening is None or r.late:
+            return None
+        assert self._failure is not None
+        largest, holds = self._inputs["largest_stretch"].copy(), self._inputs["intact"].copy()
+        self._failure.set(largest_stretch=largest, field_largest_stretch=largest, intact=holds, time=time, dt=dt)
+        self._failure()
+        kept = self._inputs["largest_stretch"]
+        self._failure.set(largest_stretch=kept, field_largest_stretch=kept, intact=self._inputs["intact"])
+        return np.asarray(largest)
 
     def _break(self, time: float, dt: float) -> NDArray[np.int64] | None:
         """Breaks the bonds that fail, computes the shape tensors of their ends anew; tasks that hold such ends."""

@@ -18,7 +18,7 @@ from rbs_plugins.loops.tensor_lattice_text import asked, tensor_of
 from rbs_plugins.loops.tensor_recipe import TensorRecipe, entries, inverse_of_shape, packed
 
 
-def _function(r: TensorRecipe, name: str, sums: int, bond: list[str], close: list[str], arrays: list[str],
+def function(r: TensorRecipe, name: str, sums: int, bond: list[str], close: list[str], arrays: list[str],
               numbers: list[str], first: tuple[str, ...] = ()) -> str:  # fmt: skip
     """A loop over nodes i and their bonds q: `first`, sums s0, ... of what `bond` adds, then `close`.
 
@@ -36,16 +36,19 @@ def _function(r: TensorRecipe, name: str, sums: int, bond: list[str], close: lis
     return "\n".join([SUMS, f"def {name}(begin, end, thread, {', '.join(names)}):", *indented(whole)])
 
 
-def _entry(name: str, n: int) -> str:
+def entry(name: str, n: int) -> str:
+    """Source of component n of an array of nodes."""
     return f"{name}[i, {n}]" if name.startswith(("state_", "new_")) else f"{name}[i]"
 
 
-def _numbers(arguments: tuple[Argument, ...]) -> list[str]:
+def numbers(arguments: tuple[Argument, ...]) -> list[str]:
+    """What functions of a node take beside arrays."""
     given = dict.fromkeys(f"p_{a.name}" for a in arguments if a.kind == "parameter")
     return ["stiff", *given, "time", "dt"]
 
 
-def _of_nodes(r: TensorRecipe, arguments: tuple[Argument, ...], *whats: str) -> list[str]:
+def of_nodes(r: TensorRecipe, arguments: tuple[Argument, ...], *whats: str) -> list[str]:
+    """Arrays of the fields that functions of a node ask for."""
     states = [f"{what}_{field.name}" for what in whats for field in r.state]
     return [*states, *(a.array for a in arguments if a.kind == "node")]
 
@@ -60,25 +63,26 @@ def shape(r: TensorRecipe) -> str:
              *(f"lean[i, {k}] = 0.0 if singular else s{count + k}" for k in range(d)),
              f"gain[i] = (0.0 if singular else gain_flat) + gain_trace * ({' + '.join(f'i{k}' for k in range(d))})",
              "singular_nodes[i] = singular"]  # fmt: skip
-    return _function(r, "shape", count + d, bond, close, ["inverse", "lean", "gain", "singular_nodes"],
+    return function(r, "shape", count + d, bond, close, ["inverse", "lean", "gain", "singular_nodes"],
                      ["gain_flat", "gain_trace"])  # fmt: skip
 
 
-def _gradient(d: int) -> list[str]:
+def sums_of_gradient(d: int) -> list[str]:
+    """Lines that add what a bond adds to Σ μ w η⊗ξ."""
     return [f"s{a * d + b} += w * (e{a} * x{b})" for a in range(d) for b in range(d)]
 
 
 def stress(r: TensorRecipe) -> str:
     """B of every node, from displacements; new states; F and P where somebody wants them."""
     d = r.dimension
-    close = [*r.states(_entry), *r.kinematics_of_node("s{n}", "inverse[i, {n}]"),
-             *r.stress_of_node("inverse[i, {n}]", "gain[i]"), *r.new_states(_entry),
+    close = [*r.states(entry), *r.kinematics_of_node("s{n}", "inverse[i, {n}]"),
+             *r.stress_of_node("inverse[i, {n}]", "gain[i]"), *r.new_states(entry),
              *(f"B[i, {a * d + b}] = b{a}{b}" for a in range(d) for b in range(d))]  # fmt: skip
     for letter in r.keeps:
         close += [f"kept_{letter}[i, {a * d + b}] = {letter}[{a}][{b}]" for a in range(d) for b in range(d)]
         close += [f"kept_{letter}[i, {d * d}] = {letter}[2][2]"] if d < 3 else []
-    arrays = ["inverse", "gain", "B", *_of_nodes(r, r.at_nodes, "state", "new"), *(f"kept_{x}" for x in r.keeps)]
-    return _function(r, "stress", d * d, _gradient(d), close, arrays, _numbers(r.at_nodes))
+    arrays = ["inverse", "gain", "B", *of_nodes(r, r.at_nodes, "state", "new"), *(f"kept_{x}" for x in r.keeps)]
+    return function(r, "stress", d * d, sums_of_gradient(d), close, arrays, numbers(r.at_nodes))
 
 
 def energy(r: TensorRecipe) -> str:
@@ -87,12 +91,12 @@ def energy(r: TensorRecipe) -> str:
     square = " + ".join(f"e{k} * e{k}" for k in range(d))
     product = " + ".join(f"h{a}{b} * s{a * d + b}" for a in range(d) for b in range(d))
     values = [r.value_of(a, "F") for a in r.potential_arguments]
-    close = [*r.states(_entry), *r.kinematics_of_node("s{n}", "inverse[i, {n}]"),
+    close = [*r.states(entry), *r.kinematics_of_node("s{n}", "inverse[i, {n}]"),
              f"rest = s{d * d} * per_horizon * per_horizon - ({product}) * per_horizon",
              f"out[i] += potential({', '.join(values)}) + 0.5 * gain[i] * rest"]  # fmt: skip
     used = (*r.at_nodes, *r.potential_arguments)
-    return _function(r, "energy", d * d + 1, [*_gradient(d), f"s{d * d} += w * ({square})"], close,
-                     ["inverse", "gain", "out", *_of_nodes(r, used, "state")], _numbers(used))  # fmt: skip
+    return function(r, "energy", d * d + 1, [*sums_of_gradient(d), f"s{d * d} += w * ({square})"], close,
+                     ["inverse", "gain", "out", *of_nodes(r, used, "state")], numbers(used))  # fmt: skip
 
 
 def force(r: TensorRecipe) -> str:
@@ -110,8 +114,8 @@ def force(r: TensorRecipe) -> str:
              f"if not ({' and '.join(f'isfinite(s{a})' for a in range(d))}):", "    wrong += 1"]  # fmt: skip
     first = ("here = gain[i]", *(f"b{n} = B[i, {n}]" for n in range(d * d)))
     fields = [a.array for a in r.soft_arguments if a.field is not None]
-    numbers = [f"p_{a.name}" for a in r.soft_arguments if a.kind == "parameter"]
-    return _function(r, "force", d, bond, close, ["B", "gain", "out", *fields], numbers, first)
+    given = [f"p_{a.name}" for a in r.soft_arguments if a.kind == "parameter"]
+    return function(r, "force", d, bond, close, ["B", "gain", "out", *fields], given, first)
 
 
 def _dual(d: int, node: str) -> list[str]:
@@ -123,13 +127,13 @@ def _dual(d: int, node: str) -> list[str]:
 
 def reach(r: TensorRecipe) -> str:
     """Σ w |K^-1 ξ| of every node, to B[:, 0]."""
-    return _function(r, "reach", 1, [*_dual(r.dimension, "i"), "s0 += size"], ["B[i, 0] = s0"], ["inverse", "B"], [])
+    return function(r, "reach", 1, [*_dual(r.dimension, "i"), "s0 += size"], ["B[i, 0] = s0"], ["inverse", "B"], [])
 
 
 def bound(r: TensorRecipe) -> str:
     """Σ w [B_j |K_j^-1 ξ| + 2 (g_i + g_j)] of every node, B what is in B[:, 0], to `out`."""
     bond = [*_dual(r.dimension, "j"), "s0 += B[j, 0] * size + w * 2.0 * (gain[i] + gain[j])"]
-    return _function(r, "bound", 1, bond, ["out[i] = s0"], ["inverse", "B", "gain", "out"], [])
+    return function(r, "bound", 1, bond, ["out[i] = s0"], ["inverse", "B", "gain", "out"], [])
 
 
 class _FailureBody(Body):
