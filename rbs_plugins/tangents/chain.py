@@ -1,4 +1,4 @@
-"""Chains: the part of a tangent that goes through sums at nodes, Σ_p C_pᵀ G_p C_p.
+"""Chains: the part of a tangent that goes through sums at nodes, Σ_p L_pᵀ G_p C_p, L = C unless forces fade.
 
 A node p has a sum of q numbers of the displacements of its family, with the derivative C_p, and an energy whose second
 derivative by that sum is G_p: so are made the volume part of the ordinary state-based solid (q = 1, the dilatation) and
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 class Chain:
-    """Σ_p C_pᵀ G_p C_p over rows p of a pattern whose columns are nodes.
+    """Σ_p L_pᵀ G_p C_p over rows p of a pattern whose columns are nodes.
 
     Args:
         pattern: which nodes the sum of each row takes, itself among them if it does.
@@ -31,16 +31,21 @@ class Chain:
         size: q, how many numbers the sum of a row has.
         gradient: True if the sum is a gradient, with q = d²: number c d + k is Σ v_c g_k, with one vector g for an
             entry in place of a block.
+        apart: whether L is not C: forces then are not those of an energy.
 
     Attributes:
         blocks: (e, q, d), or (e, d) the vectors of a gradient: C, to be filled in by the owner before use.
+        left: L, of the same shape; C itself unless it is apart.
         weights: (rows, q, q): G, to be filled in, too. It need not be symmetric.
     """
 
-    def __init__(self, pattern: Pattern, dimension: int, size: int, *, gradient: bool = False) -> None:
+    def __init__(
+        self, pattern: Pattern, dimension: int, size: int, *, gradient: bool = False, apart: bool = False
+    ) -> None:
         assert not gradient or size == dimension**2
         self.pattern, self.dimension, self.size, self._gradient = pattern, dimension, size, gradient
         self.blocks = np.zeros((len(pattern), dimension) if gradient else (len(pattern), size, dimension))
+        self.left = np.zeros_like(self.blocks) if apart else self.blocks
         self.weights = np.zeros((pattern.rows, size, size))
         self._room = np.zeros((pattern.rows, size))
         self._loops: dict[str, Loop] = {}
@@ -50,8 +55,8 @@ class Chain:
         if name not in self._loops:
             back, back_rows, back_entries = self.pattern.transposed
             given = {"starts": self.pattern.starts, "columns": self.pattern.columns, "back": back, "rows": back_rows,
-                     "entries": back_entries, "blocks": self.blocks, "weights": self.weights,
-                     "room": self._room, **arguments}  # fmt: skip
+                     "entries": back_entries, "blocks": self.blocks, "left": self.left,
+                     "weights": self.weights, "room": self._room, **arguments}  # fmt: skip
             text = _text(name, self.dimension, self.size, self._gradient)
             self._loops[name] = Loop(text, name, given, row_ranges(rows), work)
         loop = self._loops[name]
@@ -83,7 +88,8 @@ class Chain:
     @property
     def nbytes(self) -> int:
         """Bytes of blocks and weights."""
-        return self.blocks.nbytes + self.weights.nbytes + self._room.nbytes
+        left = 0 if self.left is self.blocks else self.left.nbytes
+        return self.blocks.nbytes + left + self.weights.nbytes + self._room.nbytes
 
 
 class _Write:
@@ -93,19 +99,19 @@ class _Write:
         self.d, self.q, self.gradient = range(d), range(q), gradient
         self._wide = d
 
-    def terms(self, entry: str, s: int, a: int) -> str | None:
-        """Source of C[entry][s, a]; None where it is zero by structure."""
+    def terms(self, entry: str, s: int, a: int, of: str = "blocks") -> str | None:
+        """Source of C[entry][s, a], or of L; None where it is zero by structure."""
         if not self.gradient:
-            return f"blocks[{entry}, {s}, {a}]"
-        return f"blocks[{entry}, {s % self._wide}]" if s // self._wide == a else None
+            return f"{of}[{entry}, {s}, {a}]"
+        return f"{of}[{entry}, {s % self._wide}]" if s // self._wide == a else None
 
     def total(self, pairs: list[tuple[str | None, str]]) -> str:
         return " + ".join(f"{one} * {two}" for one, two in pairs if one is not None)
 
     def weighted(self) -> list[str]:
-        """Lines that set w, the d × q numbers of C[e]ᵀ G of row p."""
+        """Lines that set w, the d × q numbers of L[e]ᵀ G of row p."""
         return [
-            f"w{a}_{s} = " + self.total([(self.terms("e", r, a), f"weights[p, {r}, {s}]") for r in self.q])
+            f"w{a}_{s} = " + self.total([(self.terms("e", r, a, "left"), f"weights[p, {r}, {s}]") for r in self.q])
             for a in self.d
             for s in self.q
         ]
@@ -126,10 +132,10 @@ class _Write:
 def _text(name: str, d: int, q: int, gradient: bool) -> Text:
     """The module of one of the loops of a chain."""
     write = _Write(d, q, gradient)
-    given = {"fill": "starts, columns, back, rows, entries, blocks, weights, found_starts, found, where, data",
+    given = {"fill": "starts, columns, back, rows, entries, blocks, left, weights, found_starts, found, where, data",
              "gather": "starts, columns, blocks, weights, room, v", "total": "starts, columns, blocks, room, v",
-             "spread": "back, rows, entries, blocks, room, out",
-             "diagonal": "back, rows, entries, blocks, weights, out"}[name]  # fmt: skip
+             "spread": "back, rows, entries, left, room, out",
+             "diagonal": "back, rows, entries, blocks, left, weights, out"}[name]  # fmt: skip
     if name in ("gather", "total"):
         weighted = [" + ".join(f"weights[p, {r}, {s}] * s{s}" for s in write.q) for r in write.q]
         kept = weighted if name == "gather" else [f"s{s}" for s in write.q]
@@ -155,7 +161,8 @@ def _fill(write: _Write, d: int) -> list[str]:
 
 
 def _spread(write: _Write, d: int) -> list[str]:
-    added = [f"o{a} += " + write.total([(write.terms("e", s, a), f"room[p, {s}]") for s in write.q]) for a in write.d]
+    terms = {a: [(write.terms("e", s, a, "left"), f"room[p, {s}]") for s in write.q] for a in write.d}
+    added = [f"o{a} += {write.total(pairs)}" for a, pairs in terms.items()]
     return [*(f"o{a} = 0.0" for a in write.d), "for t in range(back[i], back[i + 1]):",
             *indented(["p, e = rows[t], entries[t]", *added]),
             *(f"out[{d} * i + {a}] += o{a}" for a in write.d)]  # fmt: skip

@@ -9,24 +9,25 @@ from rbs_plugins.tangents import BlockMatrix, Chain, Pattern
 from tests.unit.plugins.tangents.graphs import families
 
 
-def dense(chain):
-    """C as (rows q, columns d)."""
+def dense(chain, blocks):
+    """C, or L, as (rows q, columns d)."""
     rows = np.repeat(np.arange(chain.pattern.rows), np.diff(chain.pattern.starts))
     d = chain.dimension
     full = np.zeros((chain.pattern.rows, chain.size, chain.pattern.width, d))
-    for row, column, block in zip(rows, chain.pattern.columns, chain.blocks, strict=True):
+    for row, column, block in zip(rows, chain.pattern.columns, blocks, strict=True):
         full[row, :, column] = np.kron(np.eye(d), block[:, None]) if block.ndim == 1 else block
     return full.reshape(chain.pattern.rows * chain.size, -1)
 
 
 @pytest.mark.parametrize(("d", "q", "gradient"), [(1, 1, False), (2, 1, False), (2, 4, True)])
 def test_what_a_chain_computes(d, q, gradient, rng):
-    chain = Chain(Pattern.of_families(*families()[:2]), d, q, gradient=gradient)
+    chain = Chain(Pattern.of_families(*families()[:2]), d, q, gradient=gradient, apart=gradient)
+    chain.left[...] = rng.normal(size=chain.blocks.shape)
     chain.blocks[...] = rng.normal(size=chain.blocks.shape)
     chain.weights[...] = rng.normal(size=chain.weights.shape)
-    C, G = dense(chain), np.zeros((12, q, 12, q))
+    C, L, G = dense(chain, chain.blocks), dense(chain, chain.left), np.zeros((12, q, 12, q))
     G[np.arange(12), :, np.arange(12)] = chain.weights
-    expected = C.T @ G.reshape(12 * q, 12 * q) @ C
+    expected = L.T @ G.reshape(12 * q, 12 * q) @ C
     matrix = BlockMatrix(chain.pattern.normal, d)
     chain.add_to(matrix)
     limit = 1e-14 * np.abs(expected).max()
