@@ -19,6 +19,7 @@ from rbs_core.errors import (
     DishonestRelation,
     FieldClash,
     MissingField,
+    NotConverged,
     NotFinite,
     RBSError,
     UndeclaredField,
@@ -64,8 +65,9 @@ from rbs_core.geometry import (
 from rbs_core.hookspecs import hookimpl
 from rbs_core.part import Bonds, Connection, FictitiousLayer, Neighborhood, Node, Part
 from rbs_core.plugins import registry
-from rbs_core.relation import Boundary, Constitutive, Exporter, Integrator, Measure, Relation
+from rbs_core.relation import Relation
 from rbs_core.report import Report, configure_logging
+from rbs_core.roles import Boundary, Constitutive, Exporter, Integrator, Measure, Statics
 from rbs_core.space import CoordinateSystem, convert, convert_vectors, grids, world
 from rbs_core.trigger import Clock, Trigger, always, at, between, every, last, once, realtime
 
@@ -106,6 +108,7 @@ __all__ = [
     "MissingField",
     "Neighborhood",
     "Node",
+    "NotConverged",
     "NotFinite",
     "Nowhere",
     "Part",
@@ -123,6 +126,7 @@ __all__ = [
     "Ring",
     "Segment",
     "Slab",
+    "Statics",
     "Status",
     "Surface",
     "SurfaceMesh",

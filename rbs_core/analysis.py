@@ -104,8 +104,8 @@ class Analysis:
 
     @property
     def unique(self) -> list[Relation]:
-        """The relations, each once."""
-        return list(dict.fromkeys(self._relations))
+        """The relations, each once; what one of them owns in front of it."""
+        return list(dict.fromkeys(each for relation in self._relations for each in relation.household))
 
     @property
     def nbytes(self) -> int:
@@ -178,7 +178,8 @@ class Analysis:
         Args:
             steps: total number of steps; those done before (resumed, or by an earlier `run`) count.
             until: simulated time to reach, s. With both, the earlier end counts.
-            dt: time step, s; 0.8 times the stable one if neither this nor the analysis gives it.
+            dt: time step, s; 0.8 times the stable one if neither this nor the analysis gives it. Where nothing bounds
+                it and a static solver is there, 1 / steps: the time is the share of the loads then.
             resume: a checkpoint; the run continues from it if the file exists.
             force_dt: take a dt above the stable one all the same.
             progress: False for silence.
@@ -196,9 +197,9 @@ class Analysis:
         """
         begin = time.perf_counter()
         self.prepare(debug=debug)
-        dt = self._time_step(self._wanted_dt(dt, resume), force_dt)
         if steps is None and until is None:
             steps, until = self.steps, self.until
+        dt = self._time_step(self._wanted_dt(dt, resume), force_dt, steps)
         last = last_step(steps, until, dt)
         if self.clock.step == 0:
             self.given = checkpoint.given_values(self)
@@ -264,12 +265,16 @@ class Analysis:
             return checkpoint.time_step(resume)
         return self.dt if dt is None else dt
 
-    def _time_step(self, dt: float | None, force: bool) -> float:
+    def _time_step(self, dt: float | None, force: bool, steps: int | None) -> float:
         limit = None if force and dt is not None else largest_stable_step(self._relations)
+        if dt is None and self.clock.step:
+            dt = self.clock.dt
+        if dt is None and limit is None and steps and any(each.role == "statics" for each in self._relations):
+            dt = 1.0 / steps
         if dt is None:
             if limit is None:
                 raise BadInput(UNKNOWN_STEP)
-            dt = self.clock.dt if self.clock.step else 0.8 * limit.dt
+            dt = 0.8 * limit.dt
         if not (math.isfinite(dt) and dt > 0):
             raise BadInput(f"dt={dt} must be positive and finite")
         if self.clock.step and dt != self.clock.dt:

@@ -211,7 +211,8 @@ def fingerprint(analysis: Analysis, dt: float) -> dict[str, str]:
 
 def _physics(analysis: Analysis) -> list[Relation]:
     """The relations that decide what happens: all but exporters, checkpoints, and measures that only those look at."""
-    candidates = [r for r in analysis.relations if r.role not in ("exporter", "checkpoint")]
+    listed = [each for relation in analysis.relations for each in relation.household]
+    candidates = [r for r in listed if r.role not in ("exporter", "checkpoint")]
     physics = [r for r in candidates if r.role != "measure"]
     while True:  # a measure counts as soon as something that counts looks at what it makes
         looked_at = {key for r in physics for key in r.keys("reads", "updates")}

@@ -46,6 +46,16 @@ class NotFinite(RBSError, ArithmeticError):
     """NaN or infinity appeared during a run."""
 
 
+class NotConverged(RBSError, ArithmeticError):
+    """A static solver found no equilibrium.
+
+    Attributes:
+        history: what it tried, as the solver has recorded it.
+    """
+
+    history: abc.Sequence[object] = ()
+
+
 def nearest(name: str, known: abc.Iterable[str]) -> str:
     """The known names that are most like a misspelt one, or all of them if none is like it, for messages."""
     known = sorted(known)

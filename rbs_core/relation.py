@@ -51,7 +51,9 @@ class Relation:
     `storages` names the representations of bonds that a relation with bond fields in its contract can work with. The
     arrays of a lattice's bond fields cannot be written, so what changes bonds through `self[field]` needs the list.
     `connections` names those whose bonds it works for. `feeders` are relations that must run in front of this one:
-    where they are not listed themselves, the analysis puts them in front of the forces of a step. `stays` is True for
+    where they are not listed themselves, the analysis puts them in front of the forces of a step. `owns` are relations
+    that this one applies itself, as often as it needs, as a static solver does with its forces: they need not be
+    listed, and what they name belongs to its own contract. `stays` is True for
     relations that touch more than a contract can name, files or coordinate systems: no other relation is moved across
     them to save time.
     """
@@ -67,6 +69,7 @@ class Relation:
     storages: tuple[str, ...] = ("list",)
     connections: tuple[Connection, ...] = ()
     feeders: tuple[Relation, ...] = ()
+    owns: tuple[Relation, ...] = ()
 
     _given_arguments: dict[str, Any]
 
@@ -185,9 +188,24 @@ class Relation:
         return (nodes != now[0] and nodes > 0) or (bonds is not None and bonds != now[1])
 
     def keys(self, *words: str) -> list[Key]:
-        """What the contract names under some of its words, as pairs (part, field), each once."""
+        """What the contract names under some of its words, as pairs (part, field), each once.
+
+        Of the relations that it owns: what they add up it sets, as it clears the sums itself, and what one of them
+        makes for another nobody else need give.
+        """
         named = [each for word in words for each in getattr(self, word)]
-        return list(dict.fromkeys(each if isinstance(each, tuple) else (self.part, each) for each in named))
+        keys = dict.fromkeys(each if isinstance(each, tuple) else (self.part, each) for each in named)
+        if self.owns:
+            made = dict.fromkeys(key for each in self.owns for key in each.keys("writes", "adds"))
+            given = {word: [key for each in self.owns for key in each.keys(word)] for word in WORDS}
+            given |= {"writes": list(made), "adds": [], "reads": [key for key in given["reads"] if key not in made]}
+            keys.update(dict.fromkeys(key for word in words for key in given[word]))
+        return list(keys)
+
+    @property
+    def household(self) -> list[Relation]:
+        """The relations that it owns, with theirs, and itself."""
+        return [*dict.fromkeys(each for own in self.owns for each in own.household), self]
 
     @property
     def parts(self) -> list[Part]:
@@ -197,7 +215,8 @@ class Relation:
     @property
     def hosts(self) -> list[Host]:
         """The parts, and connections of parts, that the contract speaks of, its own part first."""
-        return list(dict.fromkeys([self.part, *self.connections, *(host for host, _ in self.keys(*WORDS))]))
+        owned = [host for each in self.owns for host in each.hosts]
+        return list(dict.fromkeys([self.part, *self.connections, *owned, *(host for host, _ in self.keys(*WORDS))]))
 
     def __getitem__(self, field: Field | Key) -> NDArray[Any]:
         """The array of a declared field of the part; `self[other, field]` of another part.
@@ -317,34 +336,3 @@ def _short(value: Any) -> str:
     if callable(value) and hasattr(value, "__name__"):
         return str(value.__name__)
     return repr(value)
-
-
-class Constitutive(Relation):
-    """Forces from deformation."""
-
-    role = "constitutive"
-
-
-class Integrator(Relation):
-    """Motion from forces."""
-
-    role = "integrator"
-
-
-class Boundary(Relation):
-    """Prescribed motion and loads."""
-
-    role = "boundary"
-
-
-class Measure(Relation):
-    """Quantities derived from the state, e.g. damage or energies: nothing moves because of them."""
-
-    role = "measure"
-
-
-class Exporter(Relation):
-    """Writes files. The analysis checks that what it reads is finite before it writes."""
-
-    role = "exporter"
-    stays = True

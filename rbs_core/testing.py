@@ -23,7 +23,8 @@ from rbs_core.errors import BadInput
 from rbs_core.fields import Field
 from rbs_core.part import Host, Part
 from rbs_core.plugins import Registry, use_registry
-from rbs_core.relation import WORDS, Measure, Relation
+from rbs_core.relation import WORDS, Relation
+from rbs_core.roles import Measure
 
 
 @contextmanager
@@ -74,7 +75,7 @@ def partners(relation: Relation) -> list[Relation]:
         found += [*partners(feeder), feeder]
     for value in relation.parameters.values():
         for each in value if isinstance(value, list | tuple) else [value]:
-            if isinstance(each, Relation):
+            if isinstance(each, Relation) and not relation.owns:
                 found += [*partners(each), each]
     return list(dict.fromkeys(found))
 

@@ -188,6 +188,12 @@ class BoundaryDomain(Boundary):
         goal = self._values.at(clock.time)
         return [(axis, (there - self._u[self.nodes, axis]) / clock.dt) for axis, there in goal]
 
+    def prescribed(self, start: float, end: float) -> list[Component]:
+        """(axis, values (k,)), m, of a motion: the displacement at the end, or what a velocity adds from the start."""
+        if self.kind == "velocity":
+            return [(axis, (end - start) * value) for axis, value in self._values.at(0.5 * (start + end))]
+        return self._values.at(end)
+
     def _load(self, time: float) -> NDArray[np.float64]:
         """(k, d) force per volume on the nodes."""
         load = np.zeros((len(self.nodes), self.part.dimension))

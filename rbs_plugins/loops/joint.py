@@ -49,7 +49,7 @@ class JointLoops:
         changing: Collection[str] = (),
     ) -> None:
         self._connection, self._at_nodes = connection, at_nodes
-        self._ends = [_End(part) for part in connection.ends]
+        self._ends = [End(part) for part in connection.ends]
         stops = np.cumsum([0, *(len(nodes) for nodes in connection.nodes)])
         self._shares = [slice(*map(int, ends)) for ends in pairwise(stops)]
         taken = {name: self._taken(arrays) for name, arrays in at_nodes.items() if name not in (*PLACES, *FELT)}
@@ -176,7 +176,7 @@ def _each(name: str, **arguments: Any) -> Loop:
     return Loop(Text.of(getattr(node_loops, name)), name, arguments, len(arguments["nodes"]))
 
 
-class _End:
+class End:
     """Where the coordinates of a part are in the world.
 
     Attributes:

@@ -194,12 +194,12 @@ def _with_entry(body: str, name: str, arguments: dict[str, Any]) -> str:
     lines, place, column = [], 0, 0
     for key, value in arguments.items():
         if isinstance(value, np.ndarray):
-            shape = ", ".join(f"t[{place + 1 + axis}]" for axis in range(value.ndim))
-            lines.append(f"    {key} = carray(at_{value.dtype}(t[{place}]), ({shape},))")
+            shape = ", ".join(f"_t[{place + 1 + axis}]" for axis in range(value.ndim))
+            lines.append(f"    {key} = carray(at_{value.dtype}(_t[{place}]), ({shape},))")
             place += 1 + value.ndim
         else:
             kind = "float32" if isinstance(value, np.float32) else "int64" if isinstance(value, int) else ""
-            lines.append(f"    {key} = {kind}(p[{column}])")
+            lines.append(f"    {key} = {kind}(_p[{column}])")
             column += 1
     head = rf"^@njit\(([^\n]*)\)\ndef {name}\([^)]*\):\n"
     found = re.search(head, body, re.MULTILINE)
@@ -209,7 +209,7 @@ def _with_entry(body: str, name: str, arguments: dict[str, Any]) -> str:
         "from numba import carray, cfunc, float32, int64",
         f"from rbs_plugins.loops.drive import {', '.join(['SIGNATURE', *kinds])}", "",
         f"@cfunc(SIGNATURE, {options}, cache=CACHE)", "def entry(table, numbers, begin, end, thread):",
-        f"    t, p = carray(table, ({max(place, 1)},)), carray(numbers, ({max(column, 1)},))", *lines, "",
+        f"    _t, _p = carray(table, ({max(place, 1)},)), carray(numbers, ({max(column, 1)},))", *lines, "",
     ])  # fmt: skip
     return body[: found.start()] + entry + body[found.end() :]
 

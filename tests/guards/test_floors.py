@@ -21,6 +21,7 @@ FLOORS = {
     "rbs_core.fields": 3,
     "rbs_core.part": 4,
     "rbs_core.relation": 5,
+    "rbs_core.roles": 6,
     "rbs_core.schedule": 6,
     "rbs_core.contract": 6,
     "rbs_core.honesty": 6,

@@ -72,6 +72,7 @@ def test_a_relation_that_overrides_nothing_does_nothing():
         (rbs.Boundary, "boundary"),
         (rbs.Measure, "measure"),
         (rbs.Exporter, "exporter"),
+        (rbs.Statics, "statics"),
         (rbs.Checkpoint, "checkpoint"),
         (rbs.Relation, "relation"),
     ],
