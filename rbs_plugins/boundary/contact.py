@@ -14,8 +14,9 @@ from rbs_core.part.pairs import Pairs, pairs_among, pairs_between
 from rbs_core.relation import Fields
 from rbs_core.trigger import Clock
 from rbs_plugins.boundary.search import Travel
+from rbs_plugins.constitutive.bonded import per_density
 from rbs_plugins.constitutive.pairwise import PairwiseForce
-from rbs_plugins.fields import contact_distance, density, displacement, intact, volume
+from rbs_plugins.fields import contact_distance, displacement, intact, volume
 
 OFTEN = every(100)
 
@@ -206,17 +207,20 @@ class ShortRangeRepulsion(PairwiseForce):
 
     # -- stable step ------------------------------------------------------------------------------------------------
 
-    def squared_frequencies(self) -> dict[Part, NDArray[np.float64]]:
-        """Bound of the squared angular frequency at each node, 1/s^2: 2/ρ k/d V for nodes V within d.
+    def stiffness_bounds(self) -> dict[Part, NDArray[np.float64]]:
+        """Bound of the stiffness at each node, N/m^4: 2 k/d V for nodes V within d.
 
         Nodes that are packed as at rest fill the ball of radius d; it never holds less than two of the largest.
         """
         found = {}
         for end, other in zip(self.ends, reversed(self.ends), strict=True):
-            if density in end:
-                crowd = max(_ball(self.distance, end), 2.0 * float(other[volume].max()))
-                found[end] = 2.0 * self.stiffness / self.distance * crowd / end[density]
+            crowd = max(_ball(self.distance, end), 2.0 * float(other[volume].max()))
+            found[end] = np.full(len(end), 2.0 * self.stiffness / self.distance * crowd)
         return found
+
+    def squared_frequencies(self) -> dict[Part, NDArray[np.float64]]:
+        """Bound of the squared angular frequency at each node, 1/s^2, of the parts that have a density."""
+        return per_density(self.stiffness_bounds())
 
 
 def _name(part: Part, other: Part | None) -> str:

@@ -13,7 +13,7 @@ from rbs_core import BadInput, Constitutive, Field, NotFinite, Part, Relation, T
 from rbs_core.honesty import not_finite
 from rbs_core.part import Connection, Host, Lattice
 from rbs_core.relation import Fields
-from rbs_plugins.fields import displacement, force_density, intact, reference_position, volume
+from rbs_plugins.fields import density, displacement, force_density, intact, reference_position, volume
 from rbs_plugins.loops import machine, roots, surface
 from rbs_plugins.loops.joint import JointLoops
 from rbs_plugins.loops.lattice import LatticeLoops
@@ -47,6 +47,11 @@ def starts_of(relations: Sequence[Relation]) -> Any:
     """Which of the relations that are done together set their sum instead of adding to it; False if none does."""
     starts = np.array([bool(each.starts) for each in relations])
     return starts if starts.any() else False
+
+
+def per_density(bounds: Mapping[Part, NDArray[np.float64]]) -> dict[Part, NDArray[np.float64]]:
+    """Bounds of the stiffness, N/m^4, over the density, 1/s^2; parts without a density are left out."""
+    return {part: bound / part[density] for part, bound in bounds.items() if density in part}
 
 
 class BondRelation(Constitutive):
@@ -112,6 +117,22 @@ class BondRelation(Constitutive):
     def end_factors(self) -> NDArray[np.float64]:
         """(n, q) what the ends of bonds contribute to their factor, for recipes with a surface correction."""
         raise NotImplementedError
+
+    # -- stiffness --------------------------------------------------------------------------------------------------
+
+    def stiffness_bounds(self) -> dict[Part, NDArray[np.float64]]:
+        """(n,) bound of the stiffness at each node of every part it acts on, N/m^4: what ω² is for a density of 1.
+
+        No row of ∂(force density)/∂u has a larger sum of (norms of) entries. Called after `attach`.
+        """
+        return {}
+
+    def squared_frequencies(self) -> dict[Part, NDArray[np.float64]]:
+        """Bound of the squared angular frequency at each node, 1/s^2, of the parts that have a density."""
+        return per_density(self.stiffness_bounds())
+
+    def squared_frequency(self) -> NDArray[np.float64] | None:
+        return self.squared_frequencies().get(self.part)
 
     # -- loops ------------------------------------------------------------------------------------------------------
 

@@ -24,7 +24,6 @@ from rbs_plugins.constitutive.stabilization import SillingControl, ZeroEnergyCon
 from rbs_plugins.constitutive.stress import LAWS, Known, saint_venant_kirchhoff
 from rbs_plugins.fields import (
     breakable,
-    density,
     displacement,
     force_density,
     intact,
@@ -262,16 +261,14 @@ class Correspondence(CorrespondenceBonds):
         factor = {"3-D": 5 / 9, "1-D": 3.0}.get(self.case, np.pi / 3)
         return float(np.sqrt(factor * fracture_energy / (self.moduli.bulk(self.case) * self.horizon)))
 
-    def squared_frequency(self) -> NDArray[np.float64] | None:
-        """Bound of the squared angular frequency at each node, 1/s^2; None without a density.
+    def stiffness_bounds(self) -> dict[Part, NDArray[np.float64]]:
+        """Bound of the stiffness at each node, N/m^4.
 
         With h_ij = ωβV_j K_i^-1 ξ, s_i = Σ_j h_ij and a_i = Σ_j |h_ij|, the rows of the stiffness at rest are bounded
         (Gershgorin) by M (|s_i| + a_i) |s_i| + Σ_j M (|s_j| + a_j) |h_ji| V_j/V_i + 2 Σ_j ωβV_j (g_i + g_j), M the
         largest eigenvalue of the elastic constants, and by that of their control. Where bonds may break it is no less
         than (2c/r)², c the speed of pressure waves and r the shortest bond: a family of few bonds has this frequency.
         """
-        if density not in self.part:
-            return None
         m, d = self.moduli, self.part.dimension
         plane = m.plane_lame(self.case)
         modulus = m.E if d == 1 else max(d * plane + 2 * m.G, 2 * m.G)
@@ -279,7 +276,7 @@ class Correspondence(CorrespondenceBonds):
         if self._fracture is not None and len(self.part.bonds):
             shortest = 1.0 / self.part.bonds.stored.inverse_lengths().max()
             found = np.maximum(found, 4 * (plane + 2 * m.G) / shortest**2)
-        return found / self.part[density]
+        return {self.part: found}
 
     @property
     def nbytes(self) -> int:

@@ -29,7 +29,7 @@ from rbs_plugins.constitutive.linear_solid import (
 )
 from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.constitutive.separation import fracture_energy_of_unit_stretch
-from rbs_plugins.fields import density, deviatoric_modulus, dilatation, dilatational_modulus
+from rbs_plugins.fields import deviatoric_modulus, dilatation, dilatational_modulus
 from rbs_plugins.loops.arguments import Argument, resolve
 from rbs_plugins.loops.recipe import Recipe
 
@@ -190,8 +190,8 @@ class OrdinaryStateBased(PairwiseForce):
         """Room for forces that nobody asks for."""
         return [np.zeros((len(end), end.dimension), precision_of(end)) for end in self.ends]
 
-    def squared_frequencies(self) -> dict[Part, NDArray[np.float64]]:
-        """Bound of the squared angular frequency at each node, 1/s^2, from bonds that are at least as stiff.
+    def stiffness_bounds(self) -> dict[Part, NDArray[np.float64]]:
+        """Bound of the stiffness at each node, N/m^4, from bonds that are at least as stiff.
 
         γ S²/m² <= max(γ, 0)/m Σ ω e² V by Cauchy and Schwarz, so springs with α m + max(γ, 0) in place of α m hold more
         energy than the solid in any displacement; the bound is theirs.
@@ -208,8 +208,7 @@ class OrdinaryStateBased(PairwiseForce):
         loops = self.make_loops(recipe, {"out": sums}, False, {} if uniform else {deviatoric_modulus: arrays})
         loops.begin()
         loops.add(0.0, 0.0)
-        each = zip(self.ends, sums, strict=True)
-        return {end: 2.0 * total / end[density] for end, total in each if density in end}
+        return {end: 2.0 * total for end, total in zip(self.ends, sums, strict=True)}
 
 
 def _solids(

@@ -20,7 +20,6 @@ from rbs_plugins.constitutive.record import check_record
 from rbs_plugins.constitutive.surface import SurfaceCorrection
 from rbs_plugins.fields import (
     breakable,
-    density,
     displacement,
     dissipation_density,
     force_density,
@@ -317,25 +316,20 @@ class PairwiseForce(BondRelation):
         else:
             loops.energy(out, time, dt)
 
-    def squared_frequencies(self) -> dict[Part, NDArray[np.float64]]:
-        """Bound of the squared angular frequency at each node, 1/s^2: 2/ρ Σ |df/ds| β V / |ξ| at rest (Gershgorin).
+    def stiffness_bounds(self) -> dict[Part, NDArray[np.float64]]:
+        """Bound of the stiffness at each node, N/m^4: 2 Σ |df/ds| β V / |ξ| at rest (Gershgorin).
 
-        For f = c s the step that follows from it, 2 / sqrt(max), is sqrt(2ρ / Σ cV/|ξ|) of Silling & Askari (2005).
-        Parts without a density are left out.
+        For f = c s the step that follows from it, 2 / sqrt(max / ρ), is sqrt(2ρ / Σ cV/|ξ|) of Silling & Askari (2005).
         """
         found = {}
         for number, end in enumerate(self.ends):
-            if density in end:
-                out = np.zeros(len(end))
-                if isinstance(self._loops, JointLoops):
-                    self._loops.stiffness(out, number)
-                else:
-                    self._loops.stiffness(out)
-                found[end] = 2.0 * out / end[density]
+            out = np.zeros(len(end))
+            if isinstance(self._loops, JointLoops):
+                self._loops.stiffness(out, number)
+            else:
+                self._loops.stiffness(out)
+            found[end] = 2.0 * out
         return found
-
-    def squared_frequency(self) -> NDArray[np.float64] | None:
-        return self.squared_frequencies().get(self.part)
 
     @property
     def nbytes(self) -> int:
