@@ -46,6 +46,7 @@ class Connection(Host):
     Attributes:
         ends: the two parts, or the one.
         nodes: for each of them, (k,) indices of the nodes that have a bond.
+        both: whether the nodes of both parts feel the bonds.
     """
 
     def __init__(
@@ -69,7 +70,7 @@ class Connection(Host):
             raise BadInput(f"connection '{self.name}': horizon={horizon} must be positive and finite")
         if not both and len(self.ends) == 1:
             raise BadInput(f"connection '{self.name}': within one part, both ends of a bond feel it: leave both out")
-        self.horizon, self._where, self._both = horizon, where, both
+        self.horizon, self._where, self.both = horizon, where, both
         self.dimension, self.precision = part.dimension, "double"
         one, two = self.ends[0], self.ends[-1]
         self.thickness = one.thickness if one.thickness == two.thickness else None
@@ -211,7 +212,7 @@ class Connection(Host):
         here, there = (np.searchsorted(self.nodes[side], pairs[:, column]) for column, side in ((0, 0), (1, -1)))
         there = there + (len(self.nodes[0]) if len(self.ends) == 2 else 0)
         directed = np.stack([here, there], axis=1)
-        directed = ordered(np.concatenate([directed, directed[:, ::-1]]) if self._both else directed)
+        directed = ordered(np.concatenate([directed, directed[:, ::-1]]) if self.both else directed)
         offsets = np.searchsorted(directed[:, 0], np.arange(len(positions) + 1)).astype(np.int64)
         lengths = np.linalg.norm(positions[directed[:, 1]] - positions[directed[:, 0]], axis=1)
         if len(lengths) and not lengths.min() > 0:

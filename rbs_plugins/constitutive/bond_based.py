@@ -89,6 +89,7 @@ class BondBased(PairwiseForce):
 
     law = staticmethod(proportional)
     potential: Any = staticmethod(proportional_potential)
+    slope: Any = None  # of a subclass whose law has one, see PairwiseForce
     own_parameters = ("c",)
     example = {"E": 1e9}
 
@@ -124,6 +125,7 @@ class BondBased(PairwiseForce):
             type(self).law,
             fracture,
             potential=potential,
+            slope=type(self).slope,
             partial_volume=partial_volume,
             surface_correction=surface_correction,
             linear=linear,
@@ -137,6 +139,10 @@ class BondBased(PairwiseForce):
     def holds_beyond(self) -> dict[str, Any] | None:  # type: ignore[override]
         """Criteria of what a bond holds, of the linear law."""
         return {"tension": beyond_in_tension, "both": beyond} if type(self).law is proportional else None
+
+    @property
+    def proportional(self) -> bool:
+        return type(self).law is proportional
 
     @property
     def path_dependent(self) -> bool:  # type: ignore[override]

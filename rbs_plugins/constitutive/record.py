@@ -9,10 +9,10 @@ from rbs_core import BadInput, always
 from rbs_plugins.fields import dissipation_density
 
 if TYPE_CHECKING:
-    from rbs_plugins.constitutive.pairwise import PairwiseForce
+    from rbs_plugins.constitutive.bond_force import BondForce
 
 
-def check_record(force: PairwiseForce, scene: Sequence[PairwiseForce]) -> None:
+def check_record(force: BondForce, scene: Sequence[BondForce]) -> None:
     """Looks at a force whose failing bonds shall be recorded, if they shall, and at the other forces of the scene.
 
     Raises:

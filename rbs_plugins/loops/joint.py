@@ -147,6 +147,16 @@ class JointLoops:
         self._rows.stiffness(joint)
         out[self._connection.nodes[end]] += joint[self._shares[end]]
 
+    def springs(self, along: NDArray[np.float64], across: NDArray[np.float64], time: float, dt: float) -> bool:
+        """Writes what bonds resist with at the present displacements, (m,) each; False if something is not finite."""
+        self._prepare()
+        return self._rows.springs(along, across, time, dt)
+
+    @property
+    def turns(self) -> NDArray[np.float64]:
+        """(parts, d, d) from components in each part to those in the world, as last looked at."""
+        return np.array([end.turn for end in self._ends])
+
     @property
     def nbytes(self) -> int:
         """Bytes of what belongs to these loops alone."""

@@ -18,14 +18,13 @@ from rbs_core import Field
 from rbs_plugins.fields import bond_energy, bond_extension, bond_force, breakable, intact, volume_fraction
 from rbs_plugins.loops.arguments import Argument
 from rbs_plugins.loops.loop import Text
-from rbs_plugins.loops.source import STRICT, compilable, definitions, plain
+from rbs_plugins.loops.pieces import FAILS, indented, quadrature, strict
+from rbs_plugins.loops.source import compilable, definitions, plain
 
-# Nodes and weights of Gauss-Legendre with 5 points on [0, 1], for potentials that nobody has given.
-_GAUSS = ((0.04691007703066802, 0.11846344252809454), (0.23076534494715845, 0.23931433524968324),
-          (0.5, 0.28444444444444444), (0.7692346550528415, 0.23931433524968324),
-          (0.9530899229693319, 0.11846344252809454))  # fmt: skip
-_PANELS = 8
+__all__ = ["FAILS", "SLOPE_STEP", "Body", "Recipe", "indented", "kinematic_values", "strict"]
+
 SLOPE_STEP = 1e-6
+BINARY_STEP = 2.0**-20  # by which a small stretch changes without a rounding error
 
 
 def kinematic_values(stretch: float, length: float) -> dict[str, float]:
@@ -47,6 +46,7 @@ class Recipe:
         still, scales: names of fields that are zero where nothing has moved yet, and of those that only multiply:
             a law that asks for no others may be zero at rest all the same.
         freed: energy that a failing bond frees, where this is not its potential; asks for what the law asks for.
+        slope: d law / d stretch, for tangents, with its own arguments; by differences if there is none.
         law_arguments, criterion_arguments, potential_arguments: resolved, in the order of the functions.
         intact: whether bonds may be broken.
         breakable: whether some bonds may not break.
@@ -78,6 +78,8 @@ class Recipe:
     linear: bool = False
     sums: str = "force"
     freed: Callable[..., Any] | None = None
+    slope: Callable[..., Any] | None = None
+    slope_arguments: tuple[Argument, ...] = ()
     still: tuple[str, ...] = ()
     scales: tuple[str, ...] = ()
     real: str = "float64"
@@ -96,18 +98,20 @@ class Recipe:
             law_arguments=without(self.law_arguments),
             criterion_arguments=without(self.criterion_arguments),
             potential_arguments=without(self.potential_arguments),
+            slope_arguments=without(self.slope_arguments),
         )
 
     @property
     def laws(self) -> dict[str, Callable[..., Any]]:
         """The functions that there are, by the names that the loops call them by."""
-        every = {"law": self.law, "criterion": self.criterion, "potential": self.potential, "freed": self.freed}
+        every = {"law": self.law, "criterion": self.criterion, "potential": self.potential, "freed": self.freed,
+                 "slope": self.slope}  # fmt: skip
         return {name: function for name, function in every.items() if function is not None}
 
     @property
     def arguments(self) -> tuple[Argument, ...]:
         """Arguments of all functions."""
-        return (*self.law_arguments, *self.criterion_arguments, *self.potential_arguments)
+        return (*self.law_arguments, *self.criterion_arguments, *self.potential_arguments, *self.slope_arguments)
 
     @property
     def bond_fields(self) -> list[Field]:
@@ -187,7 +191,7 @@ class Recipe:
             "from rbs_plugins.loops.bits import fused, root_guess",
             "from rbs_plugins.loops.machine import narrower, no_gathers, widest",
             *(pieces or []),
-            *([_quadrature(self)] if self.potential is None else []),
+            *([quadrature(self.law_arguments)] if self.potential is None else []),
             *loops,
         ]
         return Text("\n\n".join(parts) + "\n", names, tuple(self.laws.values()))
@@ -306,44 +310,21 @@ class Body(ABC):
         freed = self.potential(**at) if self.recipe.freed is None else self.call("freed", arguments, **at)
         return [work, f"lost += 0.5 * ({freed} + work){self.weight}"]
 
+    def law_at(self, stretch: str) -> str:
+        """Source of the law at another stretch."""
+        other = {"length": "(1.0 + {0}) * reference_length", "stretch": "{0}", "extension": "{0} * reference_length"}
+        swapped = {name: formula.format(stretch) for name, formula in other.items()}
+        return self.call("law", self.recipe.law_arguments, **swapped)
+
+    def steepness(self) -> list[str]:
+        """Sets `steepness`, d law / d stretch now: given, or by central differences."""
+        if self.recipe.slope is not None:
+            return [f"steepness = {self.call('slope', self.recipe.slope_arguments)}"]
+        return [f"above, below = stretch + {BINARY_STEP}, stretch - {BINARY_STEP}",
+                f"steepness = ({self.law_at('above')} - {self.law_at('below')}) / (above - below)"]  # fmt: skip
+
     def slope(self) -> list[str]:
         """Adds |d law / d stretch| / |ξ| β V at rest to `total`; of a kink the steeper side."""
-        rest = {"length": "(1.0 + {0}) * reference_length", "stretch": "{0}", "extension": "{0} * reference_length"}
-
-        def law_at(stretch: str) -> str:
-            swapped = {name: formula.format(stretch) for name, formula in rest.items()}
-            return self.call("law", self.recipe.law_arguments, **swapped)
-
-        return [f"middle = {law_at('0.0')}", f"up = abs({law_at(f'{SLOPE_STEP}')} - middle)",
-                f"down = abs(middle - {law_at(f'-{SLOPE_STEP}')})",
+        return [f"middle = {self.law_at('0.0')}", f"up = abs({self.law_at(f'{SLOPE_STEP}')} - middle)",
+                f"down = abs(middle - {self.law_at(f'-{SLOPE_STEP}')})",
                 f"total += max(up, down) * {self.inverse}{self.weight}"]  # fmt: skip
-
-
-def indented(lines: list[str], by: int = 1) -> list[str]:
-    """Lines moved to the right."""
-    return ["    " * by + line for line in lines]
-
-
-def strict(name: str, parameters: str, *lines: str) -> str:
-    """A small function that is inlined and not reordered."""
-    return "\n".join([STRICT, f"def {name}({parameters}):", *indented(list(lines))])
-
-
-FAILS = strict("fails", "answer", "return answer != 0")
-
-
-def _quadrature(r: Recipe) -> str:
-    """Potential = |ξ| ∫ law d(stretch) from 0 to the stretch, by Gauss-Legendre on panels."""
-    fixed = [f"a_{a.name}" for a in r.law_arguments if a.kind != "kinematic"]
-    names = {"stretch": "x", "length": "(1.0 + x) * size", "extension": "x * size", "reference_length": "size"}
-    values = [names[a.name] if a.kind == "kinematic" else f"a_{a.name}" for a in r.law_arguments]
-    terms = [
-        line
-        for point, weight in _GAUSS
-        for line in (
-            f"    x = stretch * (panel + {point}) / {_PANELS}",
-            f"    total += {weight} * law({', '.join(values)})",
-        )
-    ]
-    return strict("potential", ", ".join(["stretch", "size", *fixed]), "total = 0.0", f"for panel in range({_PANELS}):",
-                  *terms, f"return total * stretch * size / {_PANELS}")  # fmt: skip

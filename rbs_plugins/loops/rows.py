@@ -25,10 +25,12 @@ from rbs_plugins.loops.recipe import FAILS, SLOPE_STEP, Body, Recipe, indented, 
 SUMS = "@njit(error_model='numpy', fastmath={'reassoc', 'contract', 'nsz'})"
 ROWS = 256  # in a range
 TENSORS = ("tensor", "moment")
+# What functions with sums over rows begin with, by the processor.
+HINTS = {"intel512": ("widest()",), "amd": ("narrower()", "no_gathers()")}
 
 
 class _Body(Body):
-    hints = {"intel512": ("widest()",), "amd": ("narrower()", "no_gathers()")}
+    hints = HINTS
     inverse = "row_inverse[q]"
     size = "1.0 / row_inverse[q]"
 
@@ -167,6 +169,24 @@ def _stiffness(r: Recipe) -> str:
                          f"out[i] += total / {SLOPE_STEP}{body.after}")  # fmt: skip
 
 
+def _springs(r: Recipe) -> str:
+    """Each bond as a spring, from its pull now and the slope of that by its length: see `rbs_plugins.tangents`."""
+    body = _Body(r, (*r.law_arguments, *r.slope_arguments))
+    own = ["along", *([] if r.linear else ["across"])]
+    size = "cell * cell" if r.uniform else "volume[i]"
+    pull = "0.0" if r.linear else f"{body.call('law', r.law_arguments)} * size * quotient"
+    lines = [*body.bond(), "reference_length = 1.0 / row_inverse[q]", f"size = {size}{body.weight}",
+             *body.steepness(), f"sideways = {pull}",
+             "lengthwise = (steepness * size * row_inverse[q] - sideways) * quotient * quotient",
+             *(["holds = row_intact[q] != 0", "lengthwise = lengthwise if holds else 0.0",
+                "sideways = sideways if holds else 0.0"] if r.intact else []),
+             "row_along[q] = lengthwise", *([] if r.linear else ["row_across[q] = sideways"]),
+             "wrong += not (isfinite(lengthwise) and isfinite(sideways))"]  # fmt: skip
+    rows = [f"row_{name} = {name}[first:last]" for name in own]
+    text = body.function("springs", *rows, "for q in range(row_neighbors.size):", *indented(lines), more=own)
+    return text.replace(SUMS, "@njit(error_model='numpy')")  # both directions of a bond must get the same to the bit
+
+
 def _kinematics(r: Recipe) -> list[str]:
     """What the loops call for a bond: d, length, stretch and 1 / length from the positions of its ends."""
     body = _Body(r, ())
@@ -185,7 +205,7 @@ def _kinematics(r: Recipe) -> list[str]:
 def _text(name: str, recipe: Recipe) -> Text:
     """The module of one of the loops above."""
     make = {"force": _force, "total": _total, "tensor": _tensor, "moment": _tensor, "energy": _energy,
-            "stiffness": _stiffness, "work": _work}[name]  # fmt: skip
+            "stiffness": _stiffness, "work": _work, "springs": _springs}[name]  # fmt: skip
     return recipe.text(*_kinematics(recipe), make(recipe))
 
 
@@ -233,6 +253,7 @@ class RowLoops:
         self._moves = [self._movers(target) for target in (self.position, *before.values())]
         self._sum = self._loop(recipe.sums)
         self._energy: list[Loop] = []
+        self._springs: Loop | None = None
 
     def _loop(self, name: str, **other: NDArray[Any]) -> Loop:
         return Loop(_text(name, self._recipe.bare), name, {**self._inputs, **other}, self._ranges, self._count)
@@ -278,6 +299,14 @@ class RowLoops:
     def stiffness(self, out: NDArray[np.float64]) -> None:
         """Adds Σ |d law / d stretch| β V / |ξ| at rest, (n,)."""
         self._loop("stiffness", out=out)()
+
+    def springs(self, along: NDArray[np.float64], across: NDArray[np.float64], time: float, dt: float) -> bool:
+        """Writes what bonds resist with at the present displacement, (m,) each; False if something is not finite."""
+        if self._springs is None:
+            self._springs = self._loop("springs", along=along, across=across)
+        self.start()
+        self._springs.set(along=along, across=across, time=time, dt=dt, y=self.position)
+        return not self._springs().any()
 
     @property
     def nbytes(self) -> int:

@@ -23,10 +23,12 @@ class Tangent(ABC):
     Attributes:
         ends: the parts whose displacements it takes.
         symmetric: whether K is symmetric, as that of forces that come from an energy.
+        constant: whether K is known to be the same for all displacements, as long as the same bonds hold.
     """
 
     ends: tuple[Part, ...]
     symmetric: bool
+    constant: bool = False
 
     @abstractmethod
     def update(self) -> None:

@@ -5,7 +5,7 @@ A plugin author needs two lines in a test file:
     from rbs_plugins.testing import conformance
     test_granite = conformance("rbs_granite")
 
-Every check is a plain function that can be called on its own, see `forces` and `scenes`.
+Every check is a plain function that can be called on its own, see `forces`, `tangents` and `scenes`.
 """
 
 from __future__ import annotations
@@ -43,6 +43,7 @@ from rbs_plugins.testing.scenes import (
     scene_of,
 )
 from rbs_plugins.testing.specimen import CLOUDS, FEW, MANY, NotApplicable, RelationClass, Specimen, again, body, ends
+from rbs_plugins.testing.tangents import TANGENTS, check_tangent, check_tangent_matrix, check_tangent_threads
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ def cases(what: str | Sequence[RelationClass] | None = None) -> list[Case]:
         forces = FORCES if each.role == "constitutive" else {}
         for check, dimensions in forces.items():
             made += [Case(check, each, d, cloud, plugin) for d in dimensions for cloud in _clouds(d)]
-        for check, clouds in SCENES.items():
+        for check, clouds in {**SCENES, **(TANGENTS if hasattr(each, "tangent") else {})}.items():
             made += [Case(check, each, d, cloud, plugin) for d in (1, 2, 3) for cloud in clouds if cloud in _clouds(d)]
     return made
 
@@ -150,6 +151,9 @@ __all__ = [
     "check_scene",
     "check_stable_step",
     "check_storages",
+    "check_tangent",
+    "check_tangent_matrix",
+    "check_tangent_threads",
     "check_threads",
     "conformance",
     "ends",
