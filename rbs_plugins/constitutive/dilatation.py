@@ -137,6 +137,10 @@ class Dilatation(BondRelation):
         else:
             self.weigh()
 
+    def links_among(self, scene: Sequence[Relation]) -> list[Dilatation]:
+        """Dilatations of connections that add to that of the part in a scene."""
+        return [link for link in self._links if link in scene]
+
     def weigh(self) -> None:
         """Finds the weighted volumes of the nodes of the part, over its own bonds and those of its connections."""
         if self.rule == "full":

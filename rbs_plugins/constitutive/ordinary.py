@@ -32,6 +32,9 @@ from rbs_plugins.constitutive.separation import fracture_energy_of_unit_stretch
 from rbs_plugins.fields import deviatoric_modulus, dilatation, dilatational_modulus
 from rbs_plugins.loops.arguments import Argument, resolve
 from rbs_plugins.loops.recipe import Recipe
+from rbs_plugins.tangents import Tangent
+from rbs_plugins.tangents.ordinary import OrdinaryTangent, require_both
+from rbs_plugins.tangents.pairwise import SpringTangent
 
 
 class OrdinaryStateBased(PairwiseForce):
@@ -162,6 +165,17 @@ class OrdinaryStateBased(PairwiseForce):
         return replace(
             recipe, freed=freed if self.recording else None, still=("dilatation",), scales=(*recipe.scales, *scales)
         )
+
+    @property
+    def proportional(self) -> bool:
+        return True
+
+    def tangent(self) -> Tangent:
+        if isinstance(self.host, Connection):
+            require_both(self.host, self.label)
+        elif self.path_dependent:
+            return OrdinaryTangent(self)
+        return SpringTangent(self)
 
     def force_state(self) -> tuple[Callable[..., Any], tuple[Argument, ...], float]:
         """The scalar force state t of a node, by its own material and dilatation."""

@@ -152,6 +152,11 @@ class JointLoops:
         self._prepare()
         return self._rows.springs(along, across, time, dt)
 
+    def gradients(self, gradient: NDArray[np.float64], time: float, dt: float) -> None:
+        """Writes (m, d) what bonds add to the total of their nodes, differentiated by the place of the neighbor."""
+        self._prepare()
+        self._rows.gradients(gradient, time, dt)
+
     @property
     def turns(self) -> NDArray[np.float64]:
         """(parts, d, d) from components in each part to those in the world, as last looked at."""

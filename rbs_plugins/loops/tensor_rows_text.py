@@ -13,7 +13,7 @@ from rbs_plugins.loops.arguments import Argument
 from rbs_plugins.loops.lattice_text import kinematics
 from rbs_plugins.loops.loop import Text
 from rbs_plugins.loops.recipe import Body, indented
-from rbs_plugins.loops.rows import SUMS
+from rbs_plugins.loops.rows_text import SUMS
 from rbs_plugins.loops.tensor_lattice_text import asked, tensor_of
 from rbs_plugins.loops.tensor_recipe import TensorRecipe, entries, inverse_of_shape, packed
 

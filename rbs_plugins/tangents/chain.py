@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from rbs_plugins.loops.loop import Loop, Text
 from rbs_plugins.loops.recipe import indented
-from rbs_plugins.loops.rows import SUMS, row_ranges
+from rbs_plugins.loops.rows import row_ranges
+from rbs_plugins.loops.rows_text import SUMS
 from rbs_plugins.tangents.matrix import BlockMatrix
 from rbs_plugins.tangents.pattern import Pattern, threads
 

@@ -80,6 +80,11 @@ class Pattern:
         each_row(list_met, self.width, work, **given, seen=seen, found_starts=starts, found=found)
         return Pattern(starts, found, self.width)
 
+    def find(self, rows: NDArray[Any], columns: NDArray[Any]) -> Whole:
+        """(k,) entries of rows and columns; they must be there."""
+        keys = np.repeat(np.arange(self.rows), np.diff(self.starts)) * self.width + self.columns
+        return np.asarray(np.searchsorted(keys, rows * self.width + columns))
+
     @property
     def nbytes(self) -> int:
         """Bytes of the tables that have been made."""

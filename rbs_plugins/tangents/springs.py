@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from rbs_plugins.loops import machine
 from rbs_plugins.loops.loop import Loop, Text
 from rbs_plugins.loops.recipe import indented
-from rbs_plugins.loops.rows import HINTS, SUMS, row_ranges
+from rbs_plugins.loops.rows import row_ranges
+from rbs_plugins.loops.rows_text import HINTS, SUMS
 from rbs_plugins.tangents.matrix import BlockMatrix
 from rbs_plugins.tangents.pattern import Columns, Whole
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import rbs_core as rbs
-from rbs_plugins.fields import density, displacement, force_density
+from rbs_plugins.fields import displacement, force_density
 
 SPACING = 0.5
 
@@ -23,7 +23,6 @@ def parts(turned=False, gap=1.0):
         place = points if system is rbs.world else rbs.convert(points, rbs.world, system)
         part.place(place, rng.uniform(0.7, 1.3, 9) * SPACING**2, spacing=SPACING, thickness=1.0)
         part.connect(2.1 * SPACING, storage="list")
-        part[density] = 1.0
         made.append(part)
     return made
 
@@ -37,11 +36,13 @@ class Held:
     """
 
     def __init__(self, ends, relations):
-        self.ends, self.relations = ends, relations
+        self.ends = ends
+        for end in ends:
+            end[displacement] = 0.0
         analysis = rbs.Analysis(relations)
-        self._plan = analysis.prepare()
+        self._plan, self.relations = analysis.prepare(), analysis.relations
         self.clock = rbs.Clock(dt=1e-3, step=1, time=0.25, last_step=1)
-        for relation in relations:
+        for relation in self.relations:
             relation.begin(self.clock)
             if hasattr(relation, "hold"):
                 relation.hold = True
@@ -54,7 +55,7 @@ class Held:
             end[displacement] = u[begin : begin + size].reshape(-1, end.dimension)
             begin += size
             end[force_density] = 0.0
-        for position, relation in enumerate(self._plan.relations):
+        for position, relation in enumerate(self.relations):
             for part, field in self._plan.clear.get(position, ()):
                 part[field][...] = 0
             relation.apply(self.clock)
