@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from rbs_core import BadInput, Field
-from rbs_core.part import Lattice, Part
+from rbs_core.part import Lattice, Part, Rows
 from rbs_plugins.constitutive.bond_based import across_of
 from rbs_plugins.constitutive.bonded import BondRelation
 from rbs_plugins.constitutive.fracture import Criterion
@@ -70,6 +73,11 @@ class CorrespondenceBonds(BondRelation):
     def _zoned(self) -> bool:
         return self._fracture is not None and self._fracture.within is not None
 
+    def choose_storage(self) -> None:
+        super().choose_storage()
+        if self._control is not None and self._control.by_family:
+            self.part.bonds.need_list(f"{self.label}, {self._control!r},")
+
     def attach(self) -> None:
         if self.is_changed(volume):
             raise BadInput(f"{self.label}: some relation changes the volumes, and shape tensors are computed once")
@@ -122,9 +130,13 @@ class CorrespondenceBonds(BondRelation):
             raise BadInput(f"{self.label}: the influence '{self._influence.__name__}' is zero for all bonds")
         mean_volume = float(volumes.mean())
         unit, across = mean_volume * self.horizon**2, across_of(self.label, part)
+        flat: float | NDArray[np.float64]
         flat, by_trace = (0.0, 0.0)
         if self._control is not None:
             flat, by_trace = self._control.gains(self.moduli, self.case, self.horizon, across, unit)
+            if self._control.by_family:
+                assert isinstance(stored, Rows)
+                flat = flat / weighted_volumes(stored, omega / mean * shares, volumes)
         named: dict[str, Any] = {
             "displacement": self[displacement],
             "reference_position": self[reference_position],
@@ -158,3 +170,11 @@ class CorrespondenceBonds(BondRelation):
                 f"{self.part.positions[node].tolist()}, which has {counts[node]} bonds, in one plane or line if there "
                 "are any: take a larger horizon, more nodes across thin places, or another influence function"
             )
+
+
+def weighted_volumes(stored: Rows, weights: NDArray[np.float64], volumes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Σ ωβV of each node over all bonds that it ever had, (n,), m^3; 1 where it has none."""
+    offsets, neighbors = stored.as_rows()
+    nodes = np.repeat(np.arange(len(volumes)), np.diff(offsets))
+    sums = np.bincount(nodes, weights * volumes[neighbors], minlength=len(volumes))
+    return np.where(sums > 0, sums, 1.0)

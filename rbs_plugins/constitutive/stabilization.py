@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from typing import ClassVar
 
 from rbs_core import BadInput
 from rbs_plugins.constitutive.moduli import Moduli
@@ -22,12 +21,14 @@ class ZeroEnergyControl(ABC):
 
     Attributes:
         even: whether g is the same at all nodes.
+        by_family: whether g of a node is divided by Σ ωV of all bonds that it ever had, m^3.
 
     Raises:
         BadInput: if the factor is not positive and finite.
     """
 
-    even: ClassVar[bool] = False
+    even: bool = False
+    by_family: bool = False
 
     def __init__(self, factor: float) -> None:
         if not (math.isfinite(factor) and factor > 0):
@@ -55,23 +56,28 @@ class SillingControl(ZeroEnergyControl):
 
     Args:
         factor: dimensionless, of order 1; 0.1 to 0.4 is used for beams.
+        by_family: divides g of each node by Σ ωV of its family, as printed; the factor is in m^3 then. Only for bonds
+            stored as list.
 
     K' is the bulk modulus of the plane: E/(2(1 − ν)) in plane stress, E/(2(1 + ν)(1 − 2ν)) in plane strain. Silling
     divides the micromodulus by Σ ωV, which leaves a dimension in the factor for the constants as printed by Hashim
     (2021, eq. 5.12 to 5.15); here the influence function is divided by its mean over the bonds of the part instead, so
-    that the factor has no dimension and the unit of ω no effect.
+    that the factor has no dimension and the unit of ω no effect. As printed, it depends on the spacing, and nodes at a
+    surface are held tighter: to compare with her tables.
     """
 
-    even = True
-
-    def __init__(self, factor: float = 0.3) -> None:
+    def __init__(self, factor: float = 0.3, *, by_family: bool = False) -> None:
         super().__init__(factor)
+        self.even, self.by_family = not by_family, by_family
 
     def gains(self, moduli: Moduli, case: str, horizon: float, across: float, unit: float) -> tuple[float, float]:
         constant = {"1-D": 2 * moduli.E / (across * horizon**3), "3-D": 18 * moduli.K / (math.pi * horizon**5)}.get(
             case, 12 * moduli.bulk(case) / (math.pi * across * horizon**4)
         )
         return self.factor * constant * unit, 0.0
+
+    def __repr__(self) -> str:
+        return f"SillingControl({self.factor!r}{', by_family=True' if self.by_family else ''})"
 
 
 class WanControl(ZeroEnergyControl):

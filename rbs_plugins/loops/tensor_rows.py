@@ -22,7 +22,7 @@ class TensorRowLoops:
         recipe: what is computed.
         part: whose bonds.
         inputs: as for TensorLatticeLoops, with "reference_position", "intact" and "breakable" as one number per bond,
-            and `weights` (m,).
+            `weights` (m,), and `gain_flat` one number or (n,).
         changing: not needed: fields of nodes are looked at where they are.
     """
 
@@ -54,6 +54,7 @@ class TensorRowLoops:
             "inverse": np.zeros((n, entries(d))),
             "lean": np.zeros((n, d)),
             "gain": np.zeros(n),
+            "gain_flat": np.broadcast_to(inputs["gain_flat"], n).copy(),
             "B": np.zeros((n, d * d)),
             "singular_nodes": np.zeros(n, np.uint8),
             "per_horizon": 1.0 / self._horizon,

@@ -61,10 +61,10 @@ def shape(r: TensorRecipe) -> str:
             *(f"s{count + k} += w * x{k}" for k in range(d))]  # fmt: skip
     close = [*inverse_of_shape(d, "s{n}"), *(f"inverse[i, {n}] = i{n}" for n in range(count)),
              *(f"lean[i, {k}] = 0.0 if singular else s{count + k}" for k in range(d)),
-             f"gain[i] = (0.0 if singular else gain_flat) + gain_trace * ({' + '.join(f'i{k}' for k in range(d))})",
+             f"gain[i] = (0.0 if singular else gain_flat[i]) + gain_trace * ({' + '.join(f'i{k}' for k in range(d))})",
              "singular_nodes[i] = singular"]  # fmt: skip
-    return function(r, "shape", count + d, bond, close, ["inverse", "lean", "gain", "singular_nodes"],
-                     ["gain_flat", "gain_trace"])  # fmt: skip
+    return function(r, "shape", count + d, bond, close, ["inverse", "lean", "gain", "gain_flat", "singular_nodes"],
+                     ["gain_trace"])  # fmt: skip
 
 
 def sums_of_gradient(d: int) -> list[str]:
