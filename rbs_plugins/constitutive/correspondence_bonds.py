@@ -17,6 +17,7 @@ from rbs_plugins.constitutive.influence import Influence, influences
 from rbs_plugins.constitutive.moduli import Moduli
 from rbs_plugins.constitutive.softening import BondSoftening
 from rbs_plugins.constitutive.stabilization import ZeroEnergyControl
+from rbs_plugins.constitutive.stress import LAWS, linear_elastic
 from rbs_plugins.fields import (
     deformation_gradient,
     displacement,
@@ -31,6 +32,7 @@ from rbs_plugins.loops.arguments import Argument
 from rbs_plugins.loops.tensor_lattice import TensorLatticeLoops
 from rbs_plugins.loops.tensor_recipe import TensorRecipe
 from rbs_plugins.loops.tensor_rows import TensorRowLoops
+from rbs_plugins.tangents.correspondence import CorrespondenceTangent
 
 TENSORS = {deformation_gradient: "F", stress: "P"}  # what is offered of each node, and its letter in the loops
 
@@ -63,6 +65,7 @@ class CorrespondenceBonds(BondRelation):
     _criterion_arguments: tuple[Argument, ...]
     _soft_arguments: tuple[Argument, ...]
     _wanted: dict[Field, str]
+    _now: tuple[float, float]
 
     @property
     def _arguments(self) -> tuple[Argument, ...]:
@@ -160,6 +163,26 @@ class CorrespondenceBonds(BondRelation):
             elif argument.field is not None:
                 named[argument.array] = self.raw(argument.field)
         return named
+
+    def tangent(self) -> CorrespondenceTangent:
+        """How the forces resist a change of the present displacement; asked for after `attach`.
+
+        Raises:
+            BadInput: if this relation is not part of the scene, or its bonds are stored as lattice.
+        """
+        if self.part.bonds.storage != "list":
+            raise BadInput(f"{self.label}: a tangent needs bonds as list: part.connect(..., storage='list')")
+        if not hasattr(self, "_loops"):
+            raise BadInput(f"{self.label} is asked for its tangent and is not in the list of relations: list it")
+        assert isinstance(self._loops, TensorRowLoops)
+        even = self._law in LAWS or (self._potential is not None and not self._state)
+        soft = self._softening
+        made = CorrespondenceTangent(
+            self.part, self._recipe, self._loops, self[volume].astype(np.float64), even=even,
+            slope=None if soft is None else soft.slope, now=lambda: self._now,
+        )  # fmt: skip
+        made.constant = self._law is linear_elastic and soft is None
+        return made
 
     def _refuse_singular(self) -> None:
         bad = self._loops.check_shapes()

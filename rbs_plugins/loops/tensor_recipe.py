@@ -12,6 +12,7 @@ to the bit for a translation, and B_i takes Σ μ w ξ, which is computed once, 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -92,20 +93,23 @@ class TensorRecipe(Recipe):
         return self.case in ("1-D", "stress")
 
     def text(self, *loops: str) -> Text:
-        """Laws and loops as one module."""
-        pieces = definitions(self.laws, single=self.real == "float32")
-        names = None if pieces is not None else {name: _strict(function) for name, function in self.laws.items()}
+        """Loops as one module, with the laws that they call: what calls none is the same for all models."""
+        across = self._of_nodes() if any("stretch_across(" in loop for loop in loops) else []
+        calls = "".join([*loops, *across])
+        laws = {name: function for name, function in self.laws.items() if re.search(rf"\b{name}\(", calls)}
+        pieces = definitions(laws, single=self.real == "float32")
+        names = None if pieces is not None else {name: _strict(function) for name, function in laws.items()}
         parts = [
             f"from numba import {self.real} as REAL",
             "from rbs_plugins.loops.bits import fused, root_guess",
             "from rbs_plugins.loops.machine import apart, narrower, no_gathers, widest",
             *(pieces or []),
-            *self._of_nodes(),
-            FAILS,
+            *across,
+            *([FAILS] if "fails(" in calls else []),
             *loops,
         ]
         states = (field.name for field in self.state if field.shape == "tensor")
-        return Text("\n\n".join(parts) + "\n", names, tuple(self.laws.values()), ("F", *TENSORS, *states))
+        return Text("\n\n".join(parts) + "\n", names, tuple(laws.values()), ("F", *TENSORS, *states))
 
     # -- stress of a node -------------------------------------------------------------------------------------------
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rbs_core.part import Part, Rows
 from rbs_plugins.loops import tensor_rows_text
-from rbs_plugins.loops.loop import Loop
+from rbs_plugins.loops.loop import Loop, Text
 from rbs_plugins.loops.rows import row_ranges
 from rbs_plugins.loops.tensor_recipe import TensorRecipe, entries, packed
 
@@ -66,7 +66,10 @@ class TensorRowLoops:
         self._energy: Loop | None = None
 
     def _loop(self, name: str, **other: Any) -> Loop:
-        text = tensor_rows_text.text(name, self._recipe.bare)
+        return self.over(tensor_rows_text.text(name, self._recipe.bare), name, **other)
+
+    def over(self, text: Text, name: str, **other: Any) -> Loop:
+        """A loop over the rows that takes what these loops hold, and other arrays."""
         return Loop(text, name, {**self._inputs, **other}, self._ranges, self._count)
 
     def _with_all_bonds(self, name: str, **other: Any) -> Loop:
@@ -82,6 +85,16 @@ class TensorRowLoops:
     def begin(self) -> None:
         """Shape tensors of the bonds that there are when a run begins."""
         self._shape()
+
+    @property
+    def holds(self) -> NDArray[np.uint8]:
+        """(m,) whether a bond is intact."""
+        return np.asarray(self._inputs.get("intact", np.ones(self._count, np.uint8)))
+
+    @property
+    def largest_stretch(self) -> NDArray[np.float64]:
+        """(m,) of softening bonds, as of the last step."""
+        return np.asarray(self._inputs["largest_stretch"])
 
     @property
     def lost(self) -> bool:
@@ -128,8 +141,7 @@ class TensorRowLoops:
 
     def _trial(self, time: float, dt: float) -> bool:
         """The force as if the last step had come here; whether it is finite."""
-        self._stress.set(time=time, dt=dt)
-        self._stress()
+        self.evaluate(time, dt)
         largest = self.trial_stretch(time, dt)
         if largest is None:
             return not self._force().any()
@@ -137,6 +149,11 @@ class TensorRowLoops:
         finite = not self._force().any()
         self._force.set(field_largest_stretch=self._inputs["largest_stretch"])
         return finite
+
+    def evaluate(self, time: float, dt: float) -> None:
+        """Stresses of the present displacement."""
+        self._stress.set(time=time, dt=dt)
+        self._stress()
 
     def trial_stretch(self, time: float, dt: float) -> NDArray[np.float64] | None:
         """(m,) largest stretch of every bond so far, the present one included; None if it is not asked for now."""
