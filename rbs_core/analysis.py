@@ -228,7 +228,7 @@ class Analysis:
             begin = time.perf_counter()
             needs = Progress(self.title, first, last, progress, nbytes=report.nbytes, size=self._size())
             with Interrupt() as interrupt, needs as bar:
-                while self.clock.step < last and not interrupt.asked:
+                while self.clock.step < self.clock.last_step and not interrupt.asked:
                     doing.do()
                     bar.show(self.clock.step, last)
                 if interrupt.asked:

@@ -34,6 +34,10 @@ class Clock:
         self.step += 1
         self.time = self.step * self.dt
 
+    def end(self) -> None:
+        """Makes this step the last one: for a relation that has nothing left to do."""
+        self.last_step = self.step
+
 
 def last_step(steps: int | None, until: float | None, dt: float) -> int:
     """Number of the last step of a run: so many steps, or the first that ends at or after a time, s; the earlier one.

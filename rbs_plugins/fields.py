@@ -96,6 +96,9 @@ dilatational_modulus = Field(
 )
 kinetic_energy = Field("kinetic_energy", "part", "scalar", "J", "T", "Kinetic energy of the part.")
 strain_energy = Field("strain_energy", "part", "scalar", "J", "U", "Energy in the intact bonds of the part.")
+load_factor = Field(
+    "load_factor", "part", "scalar", "1", "λ", "Factor of the loads of this equilibrium over those that were prescribed."
+)
 external_work = Field("external_work", "part", "scalar", "J", "A", "Work that boundary domains have done on the part.")
 viscous_dissipation = Field(
     "viscous_dissipation", "part", "scalar", "J", "Ψ", "Energy that viscous damping has taken from the part."
@@ -144,6 +147,7 @@ VOCABULARY = (
     kinetic_energy,
     strain_energy,
     external_work,
+    load_factor,
     viscous_dissipation,
     fracture_dissipation,
     singular_families,

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rbs_core import BadInput, Connection, Field, Geometry, Measure, Part, Relation, Trigger, always
 from rbs_core.part import Host
@@ -186,6 +187,29 @@ class CriticalStretch(Criterion):
         if self.mode != "both":
             return {"s0": s0}
         return {"s0": s0, "s0_compression": s0 if self.compression is None else self.compression}
+
+    def limits(self, force: PairwiseForce, i: NDArray[Any], j: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Critical stretch of bonds in tension and in compression, (m,) each; infinite where they cannot fail.
+
+        Args:
+            force: whose bonds they are.
+            i, j: (m,) numbers of their ends among the nodes of the host.
+        """
+        shape, endless = i.shape, np.full(i.shape, np.inf)
+        if self.graded:
+            hosts = force.host.nodes if isinstance(force.host, Connection) else (slice(None),)
+            at = np.concatenate([end[critical_stretch][n] for end, n in zip(force.ends, hosts, strict=True)])
+            limit = np.minimum(at[i], at[j]) if self.rule == "minimum" else 0.5 * (at[i] + at[j])
+            both = (limit, limit)
+        else:
+            given = self.parameters(force)
+            both = (np.full(shape, given["s0"]), np.full(shape, given.get("s0_compression", given["s0"])))
+        tension = both[0] if self.mode != "compression" else endless
+        compression = both[1] if self.mode != "tension" else endless
+        if self.within is None:
+            return tension, compression
+        may = force.host.raw(breakable) != 0
+        return np.where(may, tension, np.inf), np.where(may, compression, np.inf)
 
     def __repr__(self) -> str:
         limit = _short(self.s0) if self.s0 is not None else f"fracture_energy={_short(self.fracture_energy)}"
