@@ -134,7 +134,7 @@ def _check_adders(key: Key, those: Sequence[_Named]) -> None:
         return
     first, last, (part, each) = adders[0], adders[-1], key
     for one in those:
-        if key in one.writes or key in one.updates:
+        if (key in one.writes and one.position > first.position) or key in one.updates:
             raise FieldClash(
                 f"relation {one} sets '{each.name}' of part '{part.name}', and relation {first} adds to it: a field is "
                 "either set or summed"

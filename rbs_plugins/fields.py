@@ -97,7 +97,12 @@ dilatational_modulus = Field(
 kinetic_energy = Field("kinetic_energy", "part", "scalar", "J", "T", "Kinetic energy of the part.")
 strain_energy = Field("strain_energy", "part", "scalar", "J", "U", "Energy in the intact bonds of the part.")
 load_factor = Field(
-    "load_factor", "part", "scalar", "1", "λ", "Factor of the loads of this equilibrium over those that were prescribed."
+    "load_factor",
+    "part",
+    "scalar",
+    "1",
+    "λ",
+    "Loads of this equilibrium over those that were prescribed.",
 )
 external_work = Field("external_work", "part", "scalar", "J", "A", "Work that boundary domains have done on the part.")
 viscous_dissipation = Field(

@@ -193,11 +193,12 @@ class CriticalStretch(Criterion):
 
         Args:
             force: whose bonds they are.
-            i, j: (m,) numbers of their ends among the nodes of the host.
+            i: (m,) numbers of their starts among the nodes of the host.
+            j: (m,) those of their ends.
         """
         shape, endless = i.shape, np.full(i.shape, np.inf)
         if self.graded:
-            hosts = force.host.nodes if isinstance(force.host, Connection) else (slice(None),)
+            hosts: Any = force.host.nodes if isinstance(force.host, Connection) else (slice(None),)
             at = np.concatenate([end[critical_stretch][n] for end, n in zip(force.ends, hosts, strict=True)])
             limit = np.minimum(at[i], at[j]) if self.rule == "minimum" else 0.5 * (at[i] + at[j])
             both = (limit, limit)

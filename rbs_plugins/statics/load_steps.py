@@ -20,6 +20,8 @@ from rbs_plugins.fields import displacement, external_work, volume
 from rbs_plugins.statics.problem import Problem, Vector, as_list, clock_at
 from rbs_plugins.statics.supports import loose_pieces, require_supports
 
+LEAST = 1e-3  # internal forces below this share of the largest ones count as that
+
 
 @dataclass(frozen=True)
 class Iterations:
@@ -143,15 +145,17 @@ class LoadSteps(Statics):
 
     def reset(self) -> None:
         self.history: list[Iterations] = []
-        self._time = self._step = 0.0
+        self._time = self._step = self._largest = 0.0
         self._held: Any = None  # unknowns of pieces that have broken off
         self._supported: Any = None  # prescribed unknowns that have been found to hold everything
 
     def state(self) -> dict[str, Any]:
-        return {"time": self._time, "step": self._step}
+        held = np.empty(0, np.int64) if self._held is None else self._held
+        return {"time": self._time, "step": self._step, "largest": self._largest, "held": held}
 
     def restore(self, state: dict[str, Any]) -> None:
-        self._time, self._step = float(state["time"]), float(state["step"])
+        self._time, self._step, self._largest = (float(state[name]) for name in ("time", "step", "largest"))
+        self._held = np.asarray(state["held"]) if len(state["held"]) else None
 
     def attach(self) -> None:
         self._problem.attach(self)
@@ -204,6 +208,7 @@ class LoadSteps(Statics):
             found = self._balanced(clock, goal)
             if found.why is None:
                 broken = problem.commit(clock)
+                self._largest = max(self._largest, self._internal)
             took = time.perf_counter() - begin
             residuals = tuple(float(each) for each in found.residuals)
             self.history.append(Iterations(clock.time, residuals, found.why is None, broken, took, found.count))
@@ -238,7 +243,9 @@ class LoadSteps(Statics):
         self._evaluations += 1
         self._rest, internal = self._problem.balance(clock)
         rest = float(np.linalg.norm(self._rest[~self._problem.fixed]))
-        return 0.0 if rest == 0.0 else rest / internal if internal > 0 else np.inf
+        self._internal = internal
+        size = max(internal, LEAST * self._largest)
+        return 0.0 if rest == 0.0 else rest / size if size > 0 else np.inf
 
     # -- results ----------------------------------------------------------------------------------------------------
 

@@ -39,9 +39,12 @@ class Lowered:
         """
         self._K.update()
         matrix = self._K.matrix().copy()
-        if self._matrix is None or self._fixed is None or not np.array_equal(fixed, self._fixed):
-            self._begin(matrix, fixed)
-        elif not self._change(matrix):
+        if (
+            self._matrix is None
+            or self._fixed is None
+            or not np.array_equal(fixed, self._fixed)
+            or not self._change(matrix)
+        ):
             self._begin(matrix, fixed)
         self._matrix = matrix
         known = np.where(fixed, goal, 0.0)
@@ -56,7 +59,8 @@ class Lowered:
 
     def _change(self, matrix: csr_array) -> bool:
         """Takes a change of K into account; False if it is too large."""
-        assert self._matrix is not None and self._fixed is not None
+        assert self._matrix is not None
+        assert self._fixed is not None
         moved: Any = (matrix - self._matrix).tocoo()
         scale = np.abs(self._matrix.data).max()
         keep = (np.abs(moved.data) > SMALL * scale) & ~self._fixed[moved.row] & ~self._fixed[moved.col]

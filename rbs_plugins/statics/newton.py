@@ -27,7 +27,8 @@ class Newton(LoadSteps):
         forces: constitutive relations of these parts and of connections of them; each has a `tangent()`.
         boundaries: boundary domains, and other relations that add to the force density.
         tolerance: of the residual: norm of the unbalanced forces on what is free, over the norm of the internal forces
-            on all nodes, supports among them.
+            on all nodes, supports among them (or a thousandth of the largest that an equilibrium has had: a body that
+            has fallen apart has none).
         iterations: at most so many in one search for an equilibrium.
         line_search: True shortens an iteration that makes the residual larger.
         cuts: how often a step may be halved where no equilibrium is found; it grows again afterwards.
@@ -86,6 +87,11 @@ class Newton(LoadSteps):
         self._solver = LinearSolver(self._K, self._solver_name, self.part.dimension, self.label)
         self._known = False  # whether K is that of the bonds that there are
 
+    @property
+    def solved(self) -> dict[str, int]:
+        """Names of the linear solvers, with how often each has solved."""
+        return dict(self._solver.used)
+
     def _bonds_failed(self) -> None:
         self._known = False
 
@@ -112,11 +118,18 @@ class Newton(LoadSteps):
             if self.line_search and norm > last and (number or not moved):
                 norm = self._shorter(clock, change, norm)
             residuals.append(norm)
-            if norm <= self.tolerance:
+            if norm <= self.tolerance or (number and norm > 0.5 * last and self._is_round_off()):
                 return None
             if not np.isfinite(norm):
                 return "the residual is not finite"
         return f"{self.iterations} iterations did not reach the tolerance {self.tolerance:g}"
+
+    def _is_round_off(self) -> bool:
+        """True if what is not balanced is no more than what rounded positions make of it."""
+        problem, free = self._problem, ~self._problem.fixed
+        size = max(np.abs(part.positions).max() for part in problem.parts) + np.abs(problem.u).max()
+        least = np.finfo(np.float64).eps * size * float(np.linalg.norm(self._K.diagonal()[free]))
+        return float(np.linalg.norm(self._rest[free])) <= least
 
     def _change(self, jump: Vector | None, norm: float, residuals: Sequence[float]) -> Vector:
         """Displacements that would balance everything if K were constant."""

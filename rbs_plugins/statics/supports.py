@@ -115,4 +115,6 @@ def _free_motion(positions: NDArray[np.float64], turns: NDArray[np.float64], hel
     values, vectors = np.linalg.eigh(table.T @ table)
     if values[0] > RANK * max(values[-1], 1.0):
         return None
-    return names[int(np.argmax(np.abs(vectors[:, 0])))]
+    share = np.abs(vectors[:, 0])
+    turns_too = share[dimension:].max(initial=0.0) > RANK  # a turn about a pin moves the centre as well
+    return names[dimension + int(np.argmax(share[dimension:]))] if turns_too else names[int(np.argmax(share))]

@@ -198,13 +198,18 @@ def test_a_field_that_clashes_with_the_one_of_the_script():
         rbs.Analysis([Toy(part, updates=(field("a", unit="K"),))]).prepare()
 
 
-@pytest.mark.parametrize("word", ["writes", "updates"])
-@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize(("word", "order"), [("writes", 1), ("updates", 1), ("updates", -1)])
 def test_a_field_is_either_set_or_summed(word, order):
     part = line()
     relations = [Toy(part, adds=(a,)), Toy(part, **{word: (a,)})][::order]
     with pytest.raises(FieldClash, match=r"relation \d \(Toy 'line'\) sets 'a'.*adds to it: .*either set or summed"):
         plan(relations)
+
+
+def test_a_field_that_is_set_may_be_summed_anew_behind():
+    part = line()
+    made = plan([Toy(part, writes=(a,)), Toy(part, reads=(a,)), Toy(part, adds=(a,))])
+    assert made.clear == {2: [(part, a)]}
 
 
 def test_nobody_looks_at_half_a_sum():
