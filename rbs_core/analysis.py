@@ -179,7 +179,7 @@ class Analysis:
             steps: total number of steps; those done before (resumed, or by an earlier `run`) count.
             until: simulated time to reach, s. With both, the earlier end counts.
             dt: time step, s; 0.8 times the stable one if neither this nor the analysis gives it. Where nothing bounds
-                it and a static solver is there, 1 / steps: the time is the share of the loads then.
+                it and a static solver is there, 1 / steps of the scene: the time is the share of the loads then.
             resume: a checkpoint; the run continues from it if the file exists.
             force_dt: take a dt above the stable one all the same.
             progress: False for silence.
@@ -269,8 +269,9 @@ class Analysis:
         limit = None if force and dt is not None else largest_stable_step(self._relations)
         if dt is None and self.clock.step:
             dt = self.clock.dt
-        if dt is None and limit is None and steps and any(each.role == "statics" for each in self._relations):
-            dt = 1.0 / steps
+        planned = self.steps or steps
+        if dt is None and limit is None and planned and any(each.role == "statics" for each in self._relations):
+            dt = 1.0 / planned
         if dt is None:
             if limit is None:
                 raise BadInput(UNKNOWN_STEP)

@@ -67,6 +67,7 @@ class BoundaryDomain(Boundary):
             raise BadInput(f"{self.label}: no node lies in {region!r}: check the region or the spacing")
         owner, steady = f"{self.label}, {self.kind}", self.kind == "displacement"
         self._values = Values(owner, given[self.kind], part.positions[self.nodes], steady)
+        self.hold = False  # True while a static solver tries displacements that are no path to do work on
         self._digest = self._values.digest()  # now: during a run functions are not asked about other times
         self.reset()
 
@@ -206,7 +207,7 @@ class BoundaryDomain(Boundary):
     def _push(self, clock: Clock) -> None:
         load = self._load(clock.time)
         self._f[self.nodes] += load
-        if self._works:
+        if self._works and not self.hold:
             path = self._u[self.nodes]
             mean = 0.5 * (self._before["value"] + load)
             self[external_work][...] += np.sum(self._size[:, None] * mean * (path - self._before["path"]))

@@ -189,7 +189,7 @@ class Problem:
         return sum(_count(array) for array in self._breaking)
 
     def _hold(self, hold: bool) -> None:
-        for each in self.forces:
+        for each in self.owned:
             if hasattr(each, "hold"):
                 each.hold = hold
 
