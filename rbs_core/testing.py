@@ -158,7 +158,7 @@ def check_honesty(
     Raises:
         DishonestRelation, UndeclaredField: if it does something else than its contract says.
     """
-    relations = [*scene, *([_Reader(relation)] if relation.offers else [])]
+    relations = [*scene, *([_Reader(relation)] if relation.keys("offers") else [])]
     furnish(relations)
     analysis = Analysis(relations)
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
@@ -231,7 +231,7 @@ class _Reader(Measure):
 
     def __init__(self, relation: Relation) -> None:
         super().__init__(relation.part)
-        self.reads = relation.offers
+        self.reads = tuple(relation.keys("offers"))
 
 
 def _scene(relations: Sequence[Relation]) -> Analysis:

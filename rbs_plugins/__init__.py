@@ -51,6 +51,8 @@ from rbs_plugins.measures.j_integral import JIntegral
 from rbs_plugins.measures.reaction import ReactionForce
 from rbs_plugins.measures.strain import Strain
 from rbs_plugins.measures.stress import Stress
+from rbs_plugins.statics.newton import Newton
+from rbs_plugins.statics.sequential import SequentiallyLinear
 
 __all__ = [
     "AnimationExporter",
@@ -81,6 +83,7 @@ __all__ = [
     "MaximumPrincipalStress",
     "MeanBondEnergy",
     "NeighborhoodExporter",
+    "Newton",
     "OrdinaryStateBased",
     "PairwiseForce",
     "PeridynamicStress",
@@ -88,6 +91,7 @@ __all__ = [
     "ReactionForce",
     "Rotation",
     "Search",
+    "SequentiallyLinear",
     "ShortRangeRepulsion",
     "SillingControl",
     "Strain",
@@ -134,6 +138,8 @@ def rbs_relations() -> Iterable[type[rbs.Relation]]:
         ViscousDamping,
         Translation,
         Rotation,
+        Newton,
+        SequentiallyLinear,
         KineticEnergy,
         StrainEnergy,
         FractureDissipation,

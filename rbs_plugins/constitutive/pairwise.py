@@ -166,6 +166,11 @@ class PairwiseForce(BondForce):
         return ("list",) if any(self.is_changed(field) for field in bonds) else ("list", "lattice")
 
     @property
+    def fracture(self) -> Criterion | None:
+        """When bonds fail."""
+        return self._fracture
+
+    @property
     def _zoned(self) -> bool:
         return self._fracture is not None and self._fracture.within is not None
 

@@ -23,6 +23,9 @@ class Lowered:
         stiffness: asked anew in each call.
         solver: of linear equations.
 
+    Attributes:
+        fresh: whether the last solution began with a factorisation of its own.
+
     The change of K is V diag(s) Vᵀ with few columns; (K + V s Vᵀ)⁻¹ follows from K⁻¹ V by the formula of Woodbury.
     """
 
@@ -30,6 +33,7 @@ class Lowered:
         self._K, self._solver = stiffness, solver
         self._matrix: csr_array | None = None
         self._fixed: NDArray[np.bool_] | None = None
+        self.fresh = True
 
     def solve(self, loads: Vector, goal: Vector, fixed: NDArray[np.bool_]) -> Vector:
         """Displacements (size,) under loads (size,), N, where some are prescribed, m.
@@ -39,12 +43,9 @@ class Lowered:
         """
         self._K.update()
         matrix = self._K.matrix().copy()
-        if (
-            self._matrix is None
-            or self._fixed is None
-            or not np.array_equal(fixed, self._fixed)
-            or not self._change(matrix)
-        ):
+        same = self._fixed is not None and np.array_equal(fixed, self._fixed)
+        self.fresh = not same or not self._change(matrix)
+        if self.fresh:
             self._begin(matrix, fixed)
         self._matrix = matrix
         known = np.where(fixed, goal, 0.0)

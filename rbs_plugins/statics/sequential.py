@@ -10,21 +10,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbs_core import BadInput, Part, Relation, Statics, Trigger, always
-from rbs_core.part import Connection, Host
-from rbs_core.relation import Fields
+from rbs_core.part import Host
+from rbs_core.relation import Fields, Key
 from rbs_core.report import log
 from rbs_core.trigger import Clock
 from rbs_plugins.boundary.domain import BoundaryDomain
 from rbs_plugins.constitutive.bond_based import BondBased
 from rbs_plugins.constitutive.fracture import CriticalStretch
 from rbs_plugins.constitutive.pairwise import PairwiseForce
-from rbs_plugins.fields import displacement, intact, load_factor, volume
-from rbs_plugins.loops.joint import End
+from rbs_plugins.fields import displacement, dissipation_density, intact, load_factor, volume
+from rbs_plugins.statics.bond_limits import BondLimits
 from rbs_plugins.statics.lowrank import Lowered
 from rbs_plugins.statics.problem import Problem, Vector, as_list, clock_at
 from rbs_plugins.statics.solvers import LinearSolver, Singular
 from rbs_plugins.statics.stiffness import Stiffness
 from rbs_plugins.statics.supports import loose_pieces, require_supports
+
+Failing = list[tuple[Host, NDArray[np.int64]]]  # bonds of hosts
 
 GONE = 1e-9  # share of the first stiffness below which nothing carries any load
 
@@ -72,15 +74,17 @@ class SequentiallyLinear(Statics):
     """
 
     @staticmethod
-    def example(part: Part) -> dict[str, Any]:
-        """Pulled at one end."""
+    def example(part: Part) -> dict[str, Any] | None:
+        """Pulled at one end; a bar has but a few bonds to lose."""
+        if part.dimension == 1:
+            return None
         x = part.positions[:, 0]
         pull: Any = [1e-3 * np.ptp(x), *[0.0] * (part.dimension - 1)]
         return {
             "forces": [BondBased(part, 1e9, CriticalStretch(1e-3), linear=True)],
             "boundaries": [
-                BoundaryDomain(part, x <= np.median(x), displacement=[0.0] * part.dimension),
-                BoundaryDomain(part, x == x.max(), displacement=pull),
+                BoundaryDomain(part, x <= np.quantile(x, 0.3), displacement=[0.0] * part.dimension),
+                BoundaryDomain(part, x >= np.quantile(x, 0.7), displacement=pull),
             ],
         }
 
@@ -121,6 +125,10 @@ class SequentiallyLinear(Statics):
             raise BadInput(f"{self.label}: no force has a criterion, so that nothing can fail: give fracture=, or take "
                            "Newton")  # fmt: skip
 
+    def keys(self, *words: str) -> list[Key]:
+        """As of any owner, but the energy of failing bonds is not recorded."""
+        return [key for key in super().keys(*words) if key[1] != dissipation_density]
+
     def choose_storage(self) -> None:
         """Tangents are of lists."""
         for host in self._problem.hosts:
@@ -131,27 +139,34 @@ class SequentiallyLinear(Statics):
     def reset(self) -> None:
         self.history: list[Event] = []
         self.finished = False
-        self._critical: list[tuple[Host, NDArray[np.int64]]] = []
+        self._critical: Failing = []
+        self._since: list[Failing] = []
+        self._resumed = False
 
     def state(self) -> dict[str, Any]:
-        """The bonds that fail next."""
-        kept: dict[str, Any] = {"finished": self.finished}
-        for number, force in enumerate(self._failing):
-            mine = [bonds for host, bonds in self._critical if host is force.host]
-            kept[f"critical {number}"] = np.concatenate([np.empty(0, np.int64), *mine])
+        """The bonds that fail next, and those that have failed since the stiffness was factorised."""
+        kept: dict[str, Any] = {"finished": self.finished, "since": len(self._since)}
+        for number, events in enumerate([*self._since, self._critical]):
+            for place, force in enumerate(self._failing):
+                mine = [bonds for host, bonds in events if host is force.host]
+                kept[f"event {number} {place}"] = np.concatenate([np.empty(0, np.int64), *mine])
         return kept
 
     def restore(self, state: dict[str, Any]) -> None:
         self.finished = bool(state["finished"])
-        each = [(force.host, np.asarray(state[f"critical {n}"])) for n, force in enumerate(self._failing)]
-        self._critical = [(host, bonds) for host, bonds in each if len(bonds)]
+        events: list[Failing] = [
+            [(force.host, np.asarray(state[f"event {n} {k}"])) for k, force in enumerate(self._failing)]
+            for n in range(int(state["since"]) + 1)
+        ]
+        *self._since, self._critical = [[each for each in event if len(each[1])] for event in events]
+        self._resumed = True
 
     def attach(self) -> None:
         self._problem.attach(self)
         self._K = Stiffness(self._problem, self.label)
         solver = LinearSolver(self._K, "direct", self.part.dimension, self.label)
         self._lowered = Lowered(self._K, solver)
-        self._bonds = [_Limits(force, self.raw((force.host, intact)), self._problem) for force in self._failing]
+        self._bonds = [BondLimits(force, self.raw((force.host, intact)), self._problem) for force in self._failing]
         self._first = 0.0
         self._supported = False
 
@@ -165,24 +180,44 @@ class SequentiallyLinear(Statics):
         for part in problem.parts:
             self[part, load_factor][...] = 0.0
         if not self.finished:
-            self._fail()
+            if self._resumed:
+                self._redo(clock)
+            self._set(self._critical, 0)
+            self._since.append(self._critical)
+            self._critical = []
             self._next(clock)
         if self.finished:
             problem.u[...] = 0.0
             clock.end()
         problem.balance(clock_at(clock, 0.0, clock.dt))  # forces of the scaled displacement, for measures
 
-    def _fail(self) -> None:
-        for host, bonds in self._critical:
-            host.raw(intact)[bonds] = 0
-        self._critical = []
+    def _set(self, events: Failing, holds: int) -> None:
+        for host, bonds in events:
+            host.raw(intact)[bonds] = holds
 
-    def _next(self, clock: Clock) -> None:
-        """The next equilibrium."""
+    def _redo(self, clock: Clock) -> None:
+        """Factorises again what had been factorised when the run was saved: then every bit comes out the same."""
+        self._resumed, self._supported = False, True
+        goal, loads, _ = self._posed(clock)
+        self._hold_loose(goal, loads)
+        for event in self._since:
+            self._set(event, 1)
+        for event in ((), *self._since):
+            self._set(event, 0)
+            self._lowered.solve(loads, np.nan_to_num(goal), self._problem.fixed)
+
+    def _posed(self, clock: Clock) -> tuple[Vector, Vector, Clock]:
+        """Prescribed displacements, loads, and the time for which they are."""
         problem, unit = self._problem, clock_at(clock, 1.0, clock.dt)
         problem.u[...] = 0.0
         goal = problem.prescribe(unit, 0.0)
         loads, _ = problem.balance(unit)  # at rest there is nothing but loads
+        return goal, loads, unit
+
+    def _next(self, clock: Clock) -> None:
+        """The next equilibrium."""
+        problem = self._problem
+        goal, loads, unit = self._posed(clock)
         if not self._supported:
             require_supports(problem, self.label)
             self._supported = True
@@ -194,6 +229,8 @@ class SequentiallyLinear(Statics):
         except Singular as error:
             self._end(str(error))
             return
+        if self._lowered.fresh:
+            self._since = []
         problem.u[...] = u
         inner, _ = problem.balance(unit)
         work = float(np.dot(loads, u) - np.dot(inner[problem.fixed], u[problem.fixed]))
@@ -234,66 +271,3 @@ class SequentiallyLinear(Statics):
     def _end(self, why: str) -> None:
         self.finished = True
         log.info("%s: %s; the path ends with %d equilibria", self.label, why, len(self.history))
-
-
-class _Limits:
-    """The bonds of a force, and at which stretch each fails.
-
-    Args:
-        force: with a CriticalStretch.
-        holds: (m,) state of the bonds.
-        problem: whose unknowns the ends are.
-    """
-
-    def __init__(self, force: PairwiseForce, holds: NDArray[Any], problem: Problem) -> None:
-        self.host, self._holds = force.host, holds
-        offsets, neighbors = force.host.bonds.as_rows()
-        self._i = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
-        self._j = neighbors.astype(np.int64)
-        nodes = np.concatenate(self.host.nodes) if isinstance(self.host, Connection) else np.arange(len(self.host))
-        self._nodes = nodes
-        first = self._unknowns(problem)
-        positions = force.host.bonds.positions
-        bond = positions[self._j] - positions[self._i]
-        self._direction = bond / np.sum(bond * bond, axis=1)[:, None]
-        self._at = (first[self._i], first[self._j])
-        self._turns = _turns(force.host)
-        criterion = force.fracture
-        assert isinstance(criterion, CriticalStretch)
-        self._tension, self._compression = criterion.limits(force, self._i, self._j)
-
-    def _unknowns(self, problem: Problem) -> NDArray[np.int64]:
-        """(n, d) numbers of the unknowns of the nodes of the host."""
-        parts = self.host.ends if isinstance(self.host, Connection) else (self.host,)
-        own = self.host.nodes if isinstance(self.host, Connection) else (np.arange(len(self.host)),)
-        d = self.host.dimension
-        each = [
-            problem.places[part].start + nodes[:, None] * d + np.arange(d)  # type: ignore[index]
-            for part, nodes in zip(parts, own, strict=True)
-        ]
-        return np.concatenate(each)
-
-    def shares(self, u: Vector) -> NDArray[np.float64]:
-        """(m,) stretch over critical stretch; zero for what has failed."""
-        i, j = self._at
-        moved = [u[numbers] if self._turns is None else np.einsum("nak,nk->na", self._turns[end], u[numbers])
-                 for numbers, end in ((i, self._i), (j, self._j))]  # fmt: skip
-        stretch = np.sum((moved[1] - moved[0]) * self._direction, axis=1)
-        share = np.maximum(stretch / self._tension, -stretch / self._compression)
-        return np.where(self._holds != 0, share, 0.0)
-
-    def ends(self, bonds: NDArray[np.int64]) -> list[tuple[int, int]]:
-        """Nodes of some bonds, each pair once."""
-        i, j = self._nodes[self._i[bonds]], self._nodes[self._j[bonds]]
-        once = self._i[bonds] < self._j[bonds]
-        return list(zip(i[once].tolist(), j[once].tolist(), strict=True))
-
-
-def _turns(host: Host) -> NDArray[np.float64] | None:
-    """(n, d, d) from components in the part of each node to those in which the bonds are; None if they are the same."""
-    if not isinstance(host, Connection):
-        return None
-    ends = [End(part) for part in host.ends]
-    if not any(end.may_move for end in ends):
-        return None
-    return np.repeat([end.turn for end in ends], [len(nodes) for nodes in host.nodes], axis=0)

@@ -42,7 +42,7 @@ class Stiffness:
         self._places = [np.concatenate([_numbers(problem, end) for end in each.ends]) for each in self._tangents]
         self._whole = [bool(len(p) == self.size and (p == np.arange(self.size)).all()) for p in self._places]
         self.symmetric = all(each.symmetric for each in self._tangents)
-        self.constant = all(getattr(each, "constant", False) for each in self._tangents)
+        self.constant = all(each.constant for each in self._tangents)
         self.shift: Vector | None = None
 
     def update(self) -> None:

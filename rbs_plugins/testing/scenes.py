@@ -26,7 +26,8 @@ def scene_of(
 ) -> list[rbs.Relation]:
     """A small moving body, with the relation at its place in a step of velocity Verlet.
 
-    Relations that make no forces get a brittle bond-based material, so that they have something to work on.
+    Relations that make no forces get a brittle bond-based material, so that they have something to work on; solvers of
+    equilibria have forces of their own.
     """
     part = body(dimension, cloud)
     rng = np.random.default_rng(5)
@@ -38,6 +39,8 @@ def scene_of(
     steel = BondBased(part, E=1e9, fracture=CriticalStretch(CRITICAL))
     verlet = VelocityVerlet(part)
     others = partners(relation)
+    if relation.role == "statics":
+        return [relation]
     if relation.role == "constitutive":
         return verlet.step([*others, relation])
     if relation.role == "boundary":

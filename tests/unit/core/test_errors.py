@@ -17,6 +17,7 @@ KINDS = {
     "BadLaw": ValueError,
     "BadCheckpoint": ValueError,
     "UnstableStep": ValueError,
+    "NotConverged": ArithmeticError,
     "NotFinite": ArithmeticError,
 }
 
