@@ -47,11 +47,7 @@ class NotFinite(RBSError, ArithmeticError):
 
 
 class NotConverged(RBSError, ArithmeticError):
-    """A static solver found no equilibrium.
-
-    Attributes:
-        history: what it tried, as the solver has recorded it.
-    """
+    """A static solver found no equilibrium; `history` tells what it tried, as it has recorded it."""
 
     history: abc.Sequence[object] = ()
 

@@ -202,7 +202,7 @@ class SequentiallyLinear(Statics):
         self._hold_loose(goal, loads)
         for event in self._since:
             self._set(event, 1)
-        for event in ((), *self._since):
+        for event in [[], *self._since]:
             self._set(event, 0)
             self._lowered.solve(loads, np.nan_to_num(goal), self._problem.fixed)
 
