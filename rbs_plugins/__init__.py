@@ -53,8 +53,10 @@ from rbs_plugins.measures.strain import Strain
 from rbs_plugins.measures.stress import Stress
 from rbs_plugins.statics.newton import Newton
 from rbs_plugins.statics.sequential import SequentiallyLinear
+from rbs_plugins.statics.relaxation import AdaptiveDynamicRelaxation
 
 __all__ = [
+    "AdaptiveDynamicRelaxation",
     "AnimationExporter",
     "BondBased",
     "BondEnergy",
@@ -140,6 +142,7 @@ def rbs_relations() -> Iterable[type[rbs.Relation]]:
         Rotation,
         Newton,
         SequentiallyLinear,
+        AdaptiveDynamicRelaxation,
         KineticEnergy,
         StrainEnergy,
         FractureDissipation,

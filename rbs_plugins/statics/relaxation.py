@@ -15,7 +15,7 @@ from rbs_core.trigger import Clock
 from rbs_plugins.boundary.domain import BoundaryDomain
 from rbs_plugins.fields import density, displacement, force_density, volume
 from rbs_plugins.statics.bodies import Body
-from rbs_plugins.statics.load_steps import Iterations, LoadSteps, Search
+from rbs_plugins.statics.load_steps import LEAST, Iterations, LoadSteps, Search
 from rbs_plugins.statics.problem import Vector
 from rbs_plugins.statics.supports import loose_pieces
 
@@ -64,6 +64,8 @@ class AdaptiveDynamicRelaxation(LoadSteps):
     hundreds for compact bodies, ten thousand for slender beams, which Newton's method solves in a few.
     """
 
+    storages = ("list", "lattice")  # what the forces can
+
     def __init__(
         self,
         parts: Part | Sequence[Part],
@@ -89,9 +91,7 @@ class AdaptiveDynamicRelaxation(LoadSteps):
         self.damping, self.per_step = damping, per_step
 
     def choose_storage(self) -> None:
-        """What the forces choose."""
-        for each in self.owns:
-            each.choose_storage()
+        """The forces choose, each for itself."""
 
     # -- life -------------------------------------------------------------------------------------------------------
 
@@ -115,14 +115,13 @@ class AdaptiveDynamicRelaxation(LoadSteps):
             for part in problem.parts
         }
         self._least = {part: SAFETY * 0.25 * bound for part, bound in bounds.items()}
-        self._weigh()
         self._steady = [each for each in problem.loads if isinstance(each, BoundaryDomain)]
         self._others = [each for each in problem.loads if each not in self._steady]
         self._grounded: bool | None = None
 
     def _weigh(self) -> None:
         for part, body in self._bodies.items():
-            body.weigh(self._factor * self._least[part])
+            body.weigh(self._factor * self._least[part], self._problem.fixed[self._problem.places[part]])
 
     def _bounds(self) -> dict[Part, NDArray[np.float64]]:
         """Bound of the stiffness at each node, N/m^4."""
@@ -149,7 +148,7 @@ class AdaptiveDynamicRelaxation(LoadSteps):
     def _check_supports(self) -> None:
         """Pieces that nothing holds may balance themselves; only where none is loose, those that break off are held."""
         if self._grounded is None:
-            self._grounded = not loose_pieces(self._problem)
+            self._grounded = self._problem.may_break and not loose_pieces(self._problem)
 
     def _hold_loose(self, goal: Vector) -> None:
         if self._grounded:
@@ -170,31 +169,38 @@ class AdaptiveDynamicRelaxation(LoadSteps):
             except (_Exploded, NotFinite) as error:
                 why = f"the motion explodes, also with {self._factor:g} times the fictitious density at rest: {error}"
                 self._factor *= HEAVIER
-                self._weigh()
                 log.info("%s: the motion explodes, fictitious density %g times that at rest", self.label, self._factor)
         return Search(residuals, why, count, 4 * count < self.iterations)
 
     def _settle(self, clock: Clock, goal: Vector, residuals: list[float]) -> tuple[str | None, int]:
         """Moves the parts until they rest; why they do not, and the number of iterations."""
         self._start(clock, goal)
-        largest, push = 0.0, (0.0, 0.5)
+        largest, push, floor = 0.0, (0.0, 0.5), self._round_off()
         for number in range(1, self.iterations + 1):
             self._problem.pull([*self._problem.forces, *self._others], clock)
             rest, internal, omega, momentum, power = self._move(*push)
             self._evaluations += 1
-            residual = rest / internal if internal > 0 else math.inf if rest > 0 else 0.0
-            done = max(rest, omega * momentum) <= self.tolerance * internal or rest == omega * momentum == 0.0
+            size = max(internal, LEAST * self._largest)
+            done = max(rest, omega * momentum) <= max(self.tolerance * size, floor)
+            residual = rest / size if size > 0 else math.inf if rest > 0 else 0.0
             if number & (number - 1) == 0 or done:
                 residuals.append(residual)
             if done:
                 return None, number
             if number <= FIRST:
-                largest = max(largest, rest, self.tolerance * internal)
+                largest = max(largest, rest, self.tolerance * size)
             elif not rest <= EXPLODED * largest:
                 raise _Exploded(f"unbalanced force {rest:.3g} N behind {number} iterations")
             push = self._push(omega, power)
         residuals.append(residual)
         return f"{self.iterations} iterations did not reach the tolerance {self.tolerance:g}", self.iterations
+
+    def _round_off(self) -> float:
+        """What rounded positions leave unbalanced, N."""
+        problem = self._problem
+        size = max(np.abs(part.positions).max() for part in problem.parts) + np.abs(problem.u).max()
+        stiff = [self._least[part] * self[part, volume] for part in problem.parts]
+        return float(np.finfo(np.float64).eps * size * math.sqrt(sum(float(np.sum(each**2)) for each in stiff)))
 
     def _start(self, clock: Clock, goal: Vector) -> None:
         """At rest, with the prescribed displacements and loads of a time."""
@@ -213,9 +219,9 @@ class AdaptiveDynamicRelaxation(LoadSteps):
         problem = self._problem
         problem.give()
         problem.pull(self._steady, clock)
-        for part, body in self._bodies.items():
-            body.fixed[...] = problem.fixed[problem.places[part]].reshape(body.fixed.shape)
-            body.load[...] = body.f
+        self._weigh()
+        for body in self._bodies.values():
+            body.take_load()
 
     def _go_on(self, clock: Clock, before: Vector) -> None:
         """Displacements that go on as in the last step, if those are nearer to equilibrium.
@@ -267,8 +273,6 @@ class AdaptiveDynamicRelaxation(LoadSteps):
         goal = problem.prescribe(clock, self._time)
         problem.u[problem.fixed] = goal[problem.fixed]
         self._load(clock)
-        for body in self._bodies.values():
-            body.v[body.fixed != 0] = 0.0
         for _ in range(self.per_step):
             problem.pull([*problem.forces, *self._others], clock)
             _, _, omega, _, power = self._move(*self._next)
@@ -295,4 +299,3 @@ class AdaptiveDynamicRelaxation(LoadSteps):
         self._trend = {name: state[f"trend {name}"] for name in self._trend}
         for number, body in enumerate(self._bodies.values()):
             body.v[...], body.rest[...] = state[f"v {number}"], state[f"rest {number}"]
-        self._weigh()

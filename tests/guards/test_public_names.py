@@ -94,6 +94,7 @@ KERNEL = [
 ]
 
 PLUGINS = [
+    "AdaptiveDynamicRelaxation",
     "AnimationExporter",
     "BondBased",
     "BondEnergy",
