@@ -66,7 +66,6 @@ class BoundaryDomain(Boundary):
         if not len(self.nodes):
             raise BadInput(f"{self.label}: no node lies in {region!r}: check the region or the spacing")
         owner, steady = f"{self.label}, {self.kind}", self.kind == "displacement"
-        self.hold = False  # True while a static solver tries displacements: no work is done then
         self._values = Values(owner, given[self.kind], part.positions[self.nodes], steady)
         self.hold = False  # True while a static solver tries displacements that are no path to do work on
         self._digest = self._values.digest()  # now: during a run functions are not asked about other times
