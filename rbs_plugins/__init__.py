@@ -53,6 +53,7 @@ from rbs_plugins.measures.strain import Strain
 from rbs_plugins.measures.stress import Stress
 from rbs_plugins.statics.newton import Newton
 from rbs_plugins.statics.sequential import SequentiallyLinear
+from rbs_plugins.statics.newmark import Newmark
 from rbs_plugins.statics.relaxation import AdaptiveDynamicRelaxation
 
 __all__ = [
@@ -86,6 +87,7 @@ __all__ = [
     "MeanBondEnergy",
     "NeighborhoodExporter",
     "Newton",
+    "Newmark",
     "OrdinaryStateBased",
     "PairwiseForce",
     "PeridynamicStress",
@@ -143,6 +145,7 @@ def rbs_relations() -> Iterable[type[rbs.Relation]]:
         Newton,
         SequentiallyLinear,
         AdaptiveDynamicRelaxation,
+        Newmark,
         KineticEnergy,
         StrainEnergy,
         FractureDissipation,

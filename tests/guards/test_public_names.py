@@ -124,6 +124,7 @@ PLUGINS = [
     "MeanBondEnergy",
     "NeighborhoodExporter",
     "Newton",
+    "Newmark",
     "OrdinaryStateBased",
     "PairwiseForce",
     "PeridynamicStress",
