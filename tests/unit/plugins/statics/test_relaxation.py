@@ -12,6 +12,7 @@ from rbs_plugins import (
     AdaptiveDynamicRelaxation,
     BondBased,
     BoundaryDomain,
+    CriticalStretch,
     PairwiseForce,
     ReactionForce,
     StrainEnergy,
@@ -28,16 +29,17 @@ from rbs_plugins.fields import (
     velocity,
     volume,
 )
+from rbs_plugins.statics.newton import Newton
 
 E = 1e9
 
 
-def plate(storage="list", n=4):
+def plate(storage="list", n=4, **options):
     """A plate of 2n x n nodes between two clamps, one of which is moved by (0.2, 0.5) m in 1 s: far from linear."""
     part = rbs.Part("plate", rbs.Box(size=(4.0, 2.0))).discretize(2.0 / n, thickness=1.0)
     low, high = part.extend("low", "-x", 6.03 / n), part.extend("high", "+x", 6.03 / n)
     part.connect(6.03 / n, storage=storage)
-    force = BondBased(part, E=E)
+    force = BondBased(part, E=E, **options)
     ends = [
         BoundaryDomain(part, low, displacement=(0.0, 0.0)),
         BoundaryDomain(part, high, displacement=(lambda time: 0.2 * time, lambda time: 0.5 * time)),
@@ -60,29 +62,6 @@ def relaxed(part, *given, steps=1, more=(), **options):
     return solver
 
 
-def by_newton(part, force, fixed):
-    """Newton's method with a tangent by differences: (n, d) displacement in equilibrium."""
-    clock, u, f = rbs.Clock(dt=1.0, step=1, time=1.0), part[displacement], part[force_density]
-    free = np.flatnonzero(~fixed.ravel())
-
-    def pull():
-        f[...] = 0.0
-        force.apply(clock)
-        return f.ravel()[free].copy()
-
-    for _ in range(6):
-        rest, columns = pull(), []
-        for number in free:
-            sides = []
-            for change in (1e-6, -2e-6):
-                u.flat[number] += change
-                sides.append(pull())
-            u.flat[number] += 1e-6
-            columns.append((sides[0] - sides[1]) / 2e-6)
-        u.flat[free] -= np.linalg.solve(np.stack(columns, axis=1), rest)
-    return u.copy()
-
-
 @pytest.mark.parametrize("damping", ["viscous", "kinetic"])
 def test_the_equilibrium_is_that_of_newton(damping):
     part, force, ends = plate()
@@ -91,11 +70,24 @@ def test_the_equilibrium_is_that_of_newton(damping):
     assert solver.history[0].residuals[-1] <= 1e-10
     assert solver.items() > 0
     found = part[displacement].copy()
-    fixed = np.zeros(found.shape, bool)
-    for end in ends:
-        fixed[end.nodes] = True
     assert found[ends[1].nodes].tolist() == [[0.2, 0.5]] * len(ends[1].nodes)
-    np.testing.assert_allclose(found, by_newton(part, force, fixed), atol=1e-7 * 0.5)
+    part, force, ends = plate()
+    rbs.Analysis([Newton(part, force, ends, tolerance=1e-11)]).run(steps=2, progress=False)
+    np.testing.assert_allclose(found, part[displacement], atol=1e-9)
+
+
+def test_the_bonds_that_fail_are_those_of_newton():
+    """Bonds fail in equilibria only, however far the motion overshoots on its way there."""
+    found = []
+    for solver in (AdaptiveDynamicRelaxation, Newton):
+        part, force, ends = plate(fracture=CriticalStretch(0.06, within="body"))
+        one = solver(part, force, ends, tolerance=1e-9)
+        rbs.Analysis([one]).run(steps=3, progress=False)
+        assert sum(each.broken for each in one.history) == np.count_nonzero(~part.bonds.intact) > 0
+        found.append((part[displacement].copy(), part.bonds.intact.copy()))
+    (u, holds), (other, hold) = found
+    assert np.array_equal(holds, hold)
+    np.testing.assert_allclose(u, other, atol=1e-8)
 
 
 def test_a_lattice_and_dynamics_that_have_died_down_agree_with_it():
