@@ -51,10 +51,10 @@ from rbs_plugins.measures.j_integral import JIntegral
 from rbs_plugins.measures.reaction import ReactionForce
 from rbs_plugins.measures.strain import Strain
 from rbs_plugins.measures.stress import Stress
-from rbs_plugins.statics.newton import Newton
-from rbs_plugins.statics.sequential import SequentiallyLinear
 from rbs_plugins.statics.newmark import Newmark
+from rbs_plugins.statics.newton import Newton
 from rbs_plugins.statics.relaxation import AdaptiveDynamicRelaxation
+from rbs_plugins.statics.sequential import SequentiallyLinear
 
 __all__ = [
     "AdaptiveDynamicRelaxation",
@@ -86,8 +86,8 @@ __all__ = [
     "MaximumPrincipalStress",
     "MeanBondEnergy",
     "NeighborhoodExporter",
-    "Newton",
     "Newmark",
+    "Newton",
     "OrdinaryStateBased",
     "PairwiseForce",
     "PeridynamicStress",
