@@ -63,7 +63,6 @@ class ViscousDamping(Boundary):
                     f"{self.label}: the coefficient must be one number or ({len(part)},), finite and not negative"
                 )
         self._given = coefficient, ratio, frequency
-        self.hold = False  # True while an implicit solver tries velocities that are no path to do work on
         self.reset()
 
     def reset(self) -> None:
@@ -99,7 +98,7 @@ class ViscousDamping(Boundary):
 
     def apply(self, clock: Clock) -> None:
         self._loop()
-        if self._works and not self.hold:
+        if self._works:
             self._work()
             self[viscous_dissipation][...] += self._partial.sum()
 

@@ -94,7 +94,6 @@ KERNEL = [
 ]
 
 PLUGINS = [
-    "AdaptiveDynamicRelaxation",
     "AnimationExporter",
     "BondBased",
     "BondEnergy",
@@ -123,7 +122,6 @@ PLUGINS = [
     "MaximumPrincipalStress",
     "MeanBondEnergy",
     "NeighborhoodExporter",
-    "Newmark",
     "Newton",
     "OrdinaryStateBased",
     "PairwiseForce",

@@ -1,0 +1,118 @@
+"""Equilibria against theory and published tables: what is quick on each commit, full sizes under --verify."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.simulations.test_cases import case, run
+
+# errors of E and Poisson's ratio by the tensor method, percent, recomputed apart from this package
+LATTICE = {
+    (0.1, 2): (1.85, -16.66), (0.1, 3): (1.96, -17.65), (0.1, 4): (0.33, -2.94), (0.1, 5): (0.14, -1.29),
+    (0.1, 6): (0.35, -3.18), (0.1, 7): (-0.13, 1.15), (0.1, 8): (0.34, -3.07), (0.1, 10): (0.05, -0.42),
+    (0.2, 3): (2.14, -8.57), (0.2, 5): (0.16, -0.63), (0.4, 3): (2.51, -3.76), (0.4, 5): (0.18, -0.27),
+    (0.45, 3): (2.60, -3.18), (0.45, 5): (0.19, -0.23),
+}  # fmt: skip
+# table 4.2 of Sarego (2016), columns "tensor", with headings and two rows put right: E, ν
+TABLE = {
+    "inverse": (0.32, -2.87), "constant": (0.32, -2.90), "gaussian": (0.16, -1.47), "linear": (0.45, -4.08),
+    "hyperbolic": (-1.30, 11.68), "inverse_fourth": (9.23, -83.03),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def moduli():
+    return case("sarego_moduli")
+
+
+@pytest.mark.parametrize(("nu", "m"), LATTICE)
+def test_tensor_method_sees_one_family(moduli, nu, m):
+    """The areal modulus is exact, and the horizon does not matter."""
+    found = moduli.closed_form(nu, m, "constant")
+    assert found == pytest.approx(LATTICE[nu, m], abs=0.006)
+    assert found[0] == pytest.approx(-nu / (1 - nu) * found[1], abs=1e-9)
+    assert moduli.closed_form(nu, m, "constant", horizon=0.5e-3) == pytest.approx(found, abs=1e-9)
+
+
+def test_tensor_method_for_all_influence_functions_of_the_table(moduli):
+    found = {name: moduli.closed_form(0.1, 6, name) for name in TABLE}
+    for name, (E, nu) in TABLE.items():
+        assert found[name] == pytest.approx((E, nu), abs=0.4), name
+        assert found[name][0] == pytest.approx(E, abs=0.05), name
+    assert moduli.closed_form(0.1, 6, moduli.in_millimetres) == pytest.approx((37.93, -341.38), abs=0.005)
+    # δ − r as it was computed counts neighbors beyond the horizon with a negative weight
+    unclipped = moduli.closed_form(0.1, 6, lambda r, horizon: 1 - r / horizon, clipped=False)
+    assert unclipped == pytest.approx((-0.24, 2.13), abs=0.05)
+    smooth = [abs(found[name][1]) for name in ("inverse", "constant", "gaussian", "linear")]
+    assert min(smooth) == abs(found["gaussian"][1])
+
+
+def test_sarego_moduli_coarse(tmp_path, moduli):
+    analysis = moduli.scene(m=3, load="strain", out=tmp_path)
+    analysis.relations = [each for each in analysis.relations if each.role != "exporter"]
+    analysis.run(progress=False)
+    strained = moduli.measure(analysis)
+    pulled = run("sarego_moduli", tmp_path / "tension", m=3)
+    for found, tolerance in ((strained, 1e-6), (pulled, 0.02)):  # which has not quite forgotten its edges
+        for name in ("E_error", "nu_error"):
+            assert found[f"{name}_tensor_percent"] == pytest.approx(found[f"{name}_closed_form_percent"], abs=tolerance)
+    assert pulled["nodes"] == 81 * 21
+    # edges are softer, but the force is divided by more than the depth: stiffer in all
+    assert 3 < pulled["E_error_double_percent"] < 10
+
+
+def test_sarego_beam_coarse(tmp_path):
+    """Too soft, and less so on finer grids."""
+    found = {n: run("sarego_beam", tmp_path / str(n), n=n) for n in (100, 200)}
+    assert found[100]["error_percent"] == pytest.approx(32.1, abs=0.2)
+    assert found[200]["error_percent"] == pytest.approx(12.3, abs=0.2)
+    for load, error in (("moment", 14.9), ("uniform", 15.0)):
+        assert run("sarego_beam", tmp_path / load, n=200, load=load)["error_percent"] == pytest.approx(error, abs=0.2)
+
+
+def test_theory_of_the_beam_on_two_supports():
+    """5qL⁴/384EI and the shear in the middle, nothing at the ends."""
+    beam = case("sarego_beam")
+    x = np.array([0.0, beam.LENGTH / 2, beam.LENGTH])
+    q = beam.FORCE / beam.LENGTH
+    middle = 5 * q * beam.LENGTH**4 / (384 * beam.BENDING) + q * beam.LENGTH**2 / (8 * beam.SHEAR)
+    assert beam.theory("uniform", x) == pytest.approx([0.0, -middle, 0.0], abs=1e-12)
+
+
+@pytest.mark.verify
+def test_sarego_beam_full_size(tmp_path):
+    found = {load: run("sarego_beam", tmp_path / load, load=load) for load in ("force", "moment", "uniform")}
+    assert found["force"]["nodes"] == 8000
+    assert 0 < found["force"]["error_percent"] < 4.5
+    assert 0 < found["moment"]["error_percent"] < 5.5
+    assert 0 < found["uniform"]["error_percent"] < 5.0, "published: below 3.5"
+    assert found["force"]["as_published_beyond_m"] < 0.12 * 30e-3
+    assert found["moment"]["largest_error_percent"] < 5.5
+
+
+@pytest.mark.verify
+def test_sarego_beam_and_the_grid(tmp_path):
+    """The local beam is what smaller horizons lead to, and not what more nodes in a horizon do."""
+    finer = [run("sarego_beam", tmp_path / f"n{n}", n=n)["error_percent"] for n in (100, 200, 300, 400)]
+    assert finer == pytest.approx([32.1, 12.3, 6.4, 3.6], abs=0.2)
+    denser = [run("sarego_beam", tmp_path / f"m{m}", n=50 * m, m=m)["error_percent"] for m in (2, 4, 6, 8)]
+    assert denser == pytest.approx([7.9, 22.7, 24.6, 25.6], abs=0.2)
+    steps = np.diff(denser)
+    assert (steps[1:] < steps[:-1]).all()
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("influence", [*TABLE, "conical", "in_millimetres"])
+def test_sarego_moduli_full_size(tmp_path, influence):
+    found = run("sarego_moduli", tmp_path, influence=influence)
+    assert found["nodes"] == 6601
+    for name in ("E", "nu"):
+        assert math.isclose(
+            found[f"{name}_error_tensor_percent"], found[f"{name}_error_closed_form_percent"], abs_tol=0.05
+        )
+    if influence == "constant":
+        assert found["u_x_error_inside_percent"] < 7.5
+        assert found["E_error_double_percent"] == pytest.approx(4.94, abs=0.7)
