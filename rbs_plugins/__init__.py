@@ -51,10 +51,13 @@ from rbs_plugins.measures.j_integral import JIntegral
 from rbs_plugins.measures.reaction import ReactionForce
 from rbs_plugins.measures.strain import Strain
 from rbs_plugins.measures.stress import Stress
+from rbs_plugins.statics.newmark import Newmark
 from rbs_plugins.statics.newton import Newton
+from rbs_plugins.statics.relaxation import AdaptiveDynamicRelaxation
 from rbs_plugins.statics.sequential import SequentiallyLinear
 
 __all__ = [
+    "AdaptiveDynamicRelaxation",
     "AnimationExporter",
     "BondBased",
     "BondEnergy",
@@ -83,6 +86,7 @@ __all__ = [
     "MaximumPrincipalStress",
     "MeanBondEnergy",
     "NeighborhoodExporter",
+    "Newmark",
     "Newton",
     "OrdinaryStateBased",
     "PairwiseForce",
@@ -140,6 +144,8 @@ def rbs_relations() -> Iterable[type[rbs.Relation]]:
         Rotation,
         Newton,
         SequentiallyLinear,
+        AdaptiveDynamicRelaxation,
+        Newmark,
         KineticEnergy,
         StrainEnergy,
         FractureDissipation,

@@ -63,6 +63,7 @@ class ViscousDamping(Boundary):
                     f"{self.label}: the coefficient must be one number or ({len(part)},), finite and not negative"
                 )
         self._given = coefficient, ratio, frequency
+        self.hold = False  # True while an implicit solver tries velocities that are no path to do work on
         self.reset()
 
     def reset(self) -> None:
@@ -98,7 +99,7 @@ class ViscousDamping(Boundary):
 
     def apply(self, clock: Clock) -> None:
         self._loop()
-        if self._works:
+        if self._works and not self.hold:
             self._work()
             self[viscous_dissipation][...] += self._partial.sum()
 

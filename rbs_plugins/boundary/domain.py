@@ -195,6 +195,10 @@ class BoundaryDomain(Boundary):
             return [(axis, (end - start) * value) for axis, value in self._values.at(0.5 * (start + end))]
         return self._values.at(end)
 
+    def speeds(self, clock: Clock) -> list[Component]:
+        """(axis, values (k,)), m/s, of a motion at the end of a step."""
+        return self._targets(clock, True)
+
     def _load(self, time: float) -> NDArray[np.float64]:
         """(k, d) force per volume on the nodes."""
         load = np.zeros((len(self.nodes), self.part.dimension))

@@ -68,7 +68,7 @@ class Search:
     easy: bool
 
 
-class _NoEquilibrium(ArithmeticError):
+class NoEquilibrium(ArithmeticError):
     """Why an attempt was given up."""
 
 
@@ -180,7 +180,7 @@ class LoadSteps(Statics):
             kept = self._problem.u.copy()
             try:
                 easy = self._level(clock_at(clock, goal, goal - now), now)
-            except _NoEquilibrium as why:
+            except NoEquilibrium as why:
                 self._problem.u[...] = kept
                 step *= 0.5
                 if step < (target - start) * 0.5 ** (self.cuts + 0.5):
@@ -213,14 +213,14 @@ class LoadSteps(Statics):
             residuals = tuple(float(each) for each in found.residuals)
             self.history.append(Iterations(clock.time, residuals, found.why is None, broken, took, found.count))
             if found.why is not None:
-                raise _NoEquilibrium(found.why)
+                raise NoEquilibrium(found.why)
             easy = easy and found.easy
             if not broken:
                 self._work(before, reactions)
                 return easy
             self._bonds_failed()
             self._hold_loose(goal)
-        raise _NoEquilibrium(f"bonds went on failing, {self.rebalance} times")
+        raise NoEquilibrium(f"bonds went on failing, {self.rebalance} times")
 
     def _hold_loose(self, goal: Vector) -> None:
         """Pieces that have broken off stay where they are."""

@@ -116,7 +116,8 @@ class Problem:
             for part, place in self.places.items():
                 self.u[place] = self._fields[part][0].reshape(-1)
 
-    def _give(self) -> None:
+    def give(self) -> None:
+        """Gives the displacement to the parts."""
         if not self._shared:
             for part, place in self.places.items():
                 self._fields[part][0].reshape(-1)[:] = self.u[place]
@@ -188,13 +189,24 @@ class Problem:
         """Number of directed bonds that hold, among those that can fail."""
         return sum(_count(array) for array in self._breaking)
 
+    def pull(self, relations: Sequence[Relation], clock: Clock) -> None:
+        """Sums some of the forces and loads in the parts, damage held, for the displacements that the parts have.
+
+        For solvers that move the parts themselves: `give` before, `take` when they are done.
+        """
+        self._hold(True)
+        self._sum(relations, clock)
+
     def _hold(self, hold: bool) -> None:
         for each in self.owned:
             if hasattr(each, "hold"):
                 each.hold = hold
 
     def _apply(self, relations: Sequence[Relation], clock: Clock, clear: bool = False) -> None:
-        self._give()
+        self.give()
+        self._sum(relations, clock, clear)
+
+    def _sum(self, relations: Sequence[Relation], clock: Clock, clear: bool = True) -> None:
         if clear:
             for array in self._sums:
                 array.fill(0)

@@ -94,6 +94,7 @@ KERNEL = [
 ]
 
 PLUGINS = [
+    "AdaptiveDynamicRelaxation",
     "AnimationExporter",
     "BondBased",
     "BondEnergy",
@@ -122,6 +123,7 @@ PLUGINS = [
     "MaximumPrincipalStress",
     "MeanBondEnergy",
     "NeighborhoodExporter",
+    "Newmark",
     "Newton",
     "OrdinaryStateBased",
     "PairwiseForce",
