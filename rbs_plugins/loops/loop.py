@@ -115,6 +115,7 @@ class Loop:
             elif name in self._parameters:
                 (held,) = self._held
                 assert (value.shape, value.dtype) == (held[name].shape, held[name].dtype)
+                assert value.flags.c_contiguous
                 held[name] = value
                 self._tables[0, self._place[name]] = value.ctypes.data
 

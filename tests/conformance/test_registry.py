@@ -17,6 +17,7 @@ SINGLE = ("BondBased",)
 def marks(case):
     name, kind = case.relation_class.__name__, (case.dimension, case.cloud)
     chosen = case.cloud in EACH_COMMIT[case.dimension] and kind in MANY_LOOPS.get(name, (kind,))
+    chosen &= not (name == "ShortRangeRepulsion" and "tangent" in case.check.__name__)  # it is that of PairwiseForce
     return [] if chosen and (case.cloud != "single" or name in SINGLE) else [pytest.mark.verify]
 
 

@@ -129,6 +129,7 @@ def test_bonds_hold_while_they_are_told_to(rng):
     assert np.array_equal(part.bonds.intact, ~broken)
 
 
+@pytest.mark.verify
 def test_bonds_of_a_lattice_hold_as_well(rng):
     part = rbs.Part("block", rbs.Box(size=(8.0, 4.0))).discretize(1.0, thickness=1.0).connect(2.1, storage="lattice")
     force = BondBased(part, c=1.0, fracture=CriticalStretch(0.01))
