@@ -144,11 +144,12 @@ class Newton(LoadSteps):
             moving = np.zeros(self._problem.size)
             self._K.multiply(jump, moving)
             rhs = rhs - moving
-        least = 0.1 * self.tolerance / max(norm if np.isfinite(norm) else 1.0, 1.0)
+        # what a jump of supports stirs up is many times the internal force that is left of it
+        least = 0.01 * self.tolerance if jump is not None else 0.1 * self.tolerance / (norm if norm < 1.0 else 1.0)
         loosest = least if self._K.constant else LOOSEST
         if fixed.all():
             return np.zeros_like(rhs) if jump is None else jump
-        change = self._solver.solve(rhs, fixed, float(np.clip(norm, least, loosest)))
+        change = self._solver.solve(rhs, fixed, float(np.clip(norm, min(least, 0.1), loosest)))
         return change if jump is None else change + jump
 
     def _shorter(self, clock: Clock, change: Vector, norm: float) -> float:
