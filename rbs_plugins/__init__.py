@@ -13,6 +13,7 @@ from rbs_plugins.boundary.contact import ShortRangeRepulsion
 from rbs_plugins.boundary.damping import ViscousDamping
 from rbs_plugins.boundary.domain import BoundaryDomain
 from rbs_plugins.boundary.motion import Rotation, Translation
+from rbs_plugins.boundary.pressure import Pressure
 from rbs_plugins.boundary.search import Search
 from rbs_plugins.constitutive.bond_based import BondBased
 from rbs_plugins.constitutive.bond_energy import BondEnergy, MeanBondEnergy
@@ -92,6 +93,7 @@ __all__ = [
     "PairwiseForce",
     "PeridynamicStress",
     "PictureExporter",
+    "Pressure",
     "ReactionForce",
     "Rotation",
     "Search",
@@ -139,6 +141,7 @@ def rbs_relations() -> Iterable[type[rbs.Relation]]:
         Kick,
         Drift,
         BoundaryDomain,
+        Pressure,
         ViscousDamping,
         Translation,
         Rotation,

@@ -38,7 +38,8 @@ class Stiffness:
                 f"{owner}: {without[0].label} has no tangent(), the derivative of its force: take "
                 "AdaptiveDynamicRelaxation, which needs none"
             )
-        self._tangents: list[Any] = [each.tangent() for each in forces]  # type: ignore[attr-defined]
+        following = [each for each in problem.loads if hasattr(each, "tangent")]
+        self._tangents: list[Any] = [each.tangent() for each in (*forces, *following)]  # type: ignore[attr-defined]
         self._places = [np.concatenate([_numbers(problem, end) for end in each.ends]) for each in self._tangents]
         self._whole = [bool(len(p) == self.size and (p == np.arange(self.size)).all()) for p in self._places]
         self.symmetric = all(each.symmetric for each in self._tangents)

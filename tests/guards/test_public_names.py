@@ -129,6 +129,7 @@ PLUGINS = [
     "PairwiseForce",
     "PeridynamicStress",
     "PictureExporter",
+    "Pressure",
     "ReactionForce",
     "Rotation",
     "Search",
