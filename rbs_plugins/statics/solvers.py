@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import math
+import weakref
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from rbs_plugins.statics.problem import Vector
 from rbs_plugins.statics.stiffness import Stiffness
 from rbs_plugins.statics.vectors import Gradients
 
-SOLVERS = ("auto", "cg", "direct", "gmres")
+SOLVERS = ("auto", "cg", "direct", "gmres", "pardiso")
 SMALL = 4_000  # unknowns up to which a factorisation takes no longer than the iterations would
 TINY = 1e-300
 
@@ -32,8 +33,8 @@ class LinearSolver:
     Args:
         stiffness: K.
         kind: "cg" for conjugate gradients with products and the diagonal only, no matrix (symmetric K); "direct" for a
-            factorisation (pypardiso where it is installed, SuperLU otherwise); "gmres" with incomplete factors; "auto"
-            takes a factorisation for small problems, conjugate gradients for large symmetric ones with a factorisation
+            factorisation by SuperLU; "pardiso" for one by Intel's solver, several times as fast, which needs pypardiso
+            and gives other bits for other numbers of threads; "gmres" with incomplete factors; "auto" takes a factorisation for small problems, conjugate gradients for large symmetric ones with a factorisation
             as the second try, and a factorisation, or in 3-D gmres, for large ones that are not.
         dimension: of the parts.
         owner: name for messages.
@@ -49,6 +50,8 @@ class LinearSolver:
     def __init__(self, stiffness: Stiffness, kind: str, dimension: int, owner: str) -> None:
         if kind not in SOLVERS:
             raise BadInput(f"{owner}: solver={kind!r} must be one of {', '.join(SOLVERS)}")
+        if kind == "pardiso" and importlib.util.find_spec("pypardiso") is None:
+            raise BadInput(f"{owner}: solver='pardiso' needs pypardiso: pip install 'rbs[pardiso]', or take 'direct'")
         self._K, self._kind, self._dimension, self._owner = stiffness, kind, dimension, owner
         self.used: dict[str, int] = {}
         self.iterations = 0
@@ -90,7 +93,7 @@ class LinearSolver:
             log.info("%s: conjugate gradients did not converge in %d iterations, factorising from now on",
                      self._owner, self.iterations)  # fmt: skip
             kind = "direct"
-        return self._direct(rhs, fixed) if kind == "direct" else self._gmres(rhs, fixed, tolerance)
+        return self._gmres(rhs, fixed, tolerance) if kind == "gmres" else self._direct(rhs, fixed)
 
     def _choose(self) -> str:
         if self._kind != "auto":
@@ -145,7 +148,8 @@ class LinearSolver:
 
     def _direct(self, rhs: Vector, fixed: NDArray[np.bool_]) -> Vector:
         if self._factor is None or self._kept is None or not np.array_equal(self._kept[0], fixed):
-            self._factor = _factorised(self._reduced(fixed), self._K.symmetric)
+            make = _Pardiso if self._kind == "pardiso" else _SuperLU
+            self._factor = _factorised(make, self._reduced(fixed), self._K.symmetric)
             self._kept = (fixed.copy(), None)
         self._count(self._factor.name)
         self.iterations = 1
@@ -202,7 +206,7 @@ class _SuperLU:
 
 
 class _Pardiso:
-    """Intel's solver, by pypardiso: optional, and several times as fast as SuperLU."""
+    """Intel's solver, by pypardiso."""
 
     name = "pardiso"
 
@@ -213,19 +217,14 @@ class _Pardiso:
         self._solver = PyPardisoSolver(mtype=-2 if symmetric else 11)
         self._matrix = csr_matrix(triu(matrix, format="csr") if symmetric else matrix)
         self._solver.factorize(self._matrix)
+        weakref.finalize(self, self._solver.free_memory, everything=True)
 
     def solve(self, rhs: Vector) -> Vector:
         """The solution of the factorised matrix."""
         return np.asarray(self._solver.solve(self._matrix, rhs)).ravel()
 
-    def __del__(self) -> None:
-        if hasattr(self, "_solver"):
-            self._solver.free_memory(everything=True)
 
-
-def _factorised(matrix: csr_array, symmetric: bool) -> _SuperLU | _Pardiso:
+def _factorised(make: type[_SuperLU] | type[_Pardiso], matrix: csr_array, symmetric: bool) -> _SuperLU | _Pardiso:
     if not matrix.shape[0]:
         raise Singular("every displacement is prescribed: there is nothing to solve")
-    if importlib.util.find_spec("pypardiso") is not None:
-        return _Pardiso(matrix, symmetric)
-    return _SuperLU(matrix, symmetric)
+    return make(matrix, symmetric)
