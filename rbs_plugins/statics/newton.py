@@ -92,6 +92,11 @@ class Newton(LoadSteps):
         """Names of the linear solvers, with how often each has solved."""
         return dict(self._solver.used)
 
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the tangents."""
+        return self._K.nbytes if hasattr(self, "_K") else 0
+
     def _bonds_failed(self) -> None:
         self._known = False
 

@@ -74,6 +74,11 @@ class Stiffness:
             out[place] += own
         return out
 
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all tangents, as far as they tell."""
+        return sum(getattr(each, "nbytes", 0) for each in self._tangents)
+
     def matrix(self) -> csr_array:
         """K as compressed rows."""
         total = None
