@@ -161,6 +161,7 @@ class LoadSteps(Statics):
         self._problem.attach(self)
         self._rest = np.zeros(self._problem.size)
         self._evaluations = 0
+        self._unbalanced = 0.0  # norm of the unbalanced force, N
 
     def begin(self, clock: Clock) -> None:
         self._problem.take()
@@ -242,7 +243,7 @@ class LoadSteps(Statics):
         """Norm of what is not balanced on the free unknowns, over that of the internal forces on all."""
         self._evaluations += 1
         self._rest, internal = self._problem.balance(clock)
-        rest = float(np.linalg.norm(self._rest[~self._problem.fixed]))
+        rest = self._unbalanced = float(np.linalg.norm(self._rest[~self._problem.fixed]))
         self._internal = internal
         size = max(internal, LEAST * self._largest)
         return 0.0 if rest == 0.0 else rest / size if size > 0 else np.inf

@@ -16,6 +16,7 @@ from rbs_plugins.statics.stiffness import Stiffness
 __all__ = ["Iterations", "Newton"]
 
 FEW = 5  # iterations up to which a step that was cut may grow again
+SHORTEST = 2.0**-10  # share of a change that a line search takes at least
 LOOSEST = 1e-3  # tolerance of a linear solution, relative
 
 
@@ -30,7 +31,7 @@ class Newton(LoadSteps):
             on all nodes, supports among them (or a thousandth of the largest that an equilibrium has had: a body that
             has fallen apart has none).
         iterations: at most so many in one search for an equilibrium.
-        line_search: True shortens an iteration that makes the residual larger.
+        line_search: True halves the change of an iteration until the unbalanced force gets smaller by it.
         cuts: how often a step may be halved where no equilibrium is found; it grows again afterwards.
         solver: of the linear equations, see LinearSolver.
         reuse: a factorisation is kept as long as each iteration leaves at most this share of the residual; 0 makes a
@@ -118,10 +119,11 @@ class Newton(LoadSteps):
             return None
         for number in range(self.iterations):
             change = self._change(jump if moved and number == 0 else None, norm, residuals)
+            before = self._unbalanced
             problem.u += change
             last, norm = norm, self._residual(clock)
-            if self.line_search and norm > last and (number or not moved):
-                norm = self._shorter(clock, change, norm)
+            if self.line_search and (number or not moved):
+                norm = self._shorter(clock, change, norm, before)
             residuals.append(norm)
             if norm <= self.tolerance or (number and norm > 0.5 * last and self._is_round_off()):
                 return None
@@ -157,14 +159,11 @@ class Newton(LoadSteps):
         change = self._solver.solve(rhs, fixed, float(np.clip(norm, min(least, 0.1), loosest)))
         return change if jump is None else change + jump
 
-    def _shorter(self, clock: Clock, change: Vector, norm: float) -> float:
-        """Takes parts of a change back as long as the residual gets smaller by it."""
+    def _shorter(self, clock: Clock, change: Vector, norm: float, before: float) -> float:
+        """Halves a change until it makes the unbalanced force smaller than it was before, N; the residual then."""
         share = 1.0
-        while share > 1 / 64:
-            self._problem.u -= 0.5 * share * change
-            shorter = self._residual(clock)
-            if not shorter < norm:
-                self._problem.u += 0.5 * share * change
-                return self._residual(clock)
-            share, norm = 0.5 * share, shorter
+        while not self._unbalanced < before and share > SHORTEST:
+            share *= 0.5
+            self._problem.u -= share * change
+            norm = self._residual(clock)
         return norm

@@ -42,6 +42,7 @@ class LinearSolver:
 
     Attributes:
         used: names of the solvers that have been used, with how often.
+        factorised: how often a matrix has been factorised.
         iterations: of the last solution.
 
     Raises:
@@ -55,11 +56,12 @@ class LinearSolver:
             raise BadInput(f"{owner}: solver='pardiso' needs pypardiso: pip install 'rbs[pardiso]', or take 'direct'")
         self._K, self._kind, self._dimension, self._owner = stiffness, kind, dimension, owner
         self.used: dict[str, int] = {}
+        self.factorised = 0
         self.iterations = 0
         self._gradients: Gradients | None = None
         self._factor: Any = None
         self._slow = False  # whether conjugate gradients have failed before
-        self._kept: tuple[NDArray[np.bool_], Any] | None = None
+        self._kept: NDArray[np.bool_] | None = None  # what was prescribed in the factorised matrix
 
     @property
     def has_factor(self) -> bool:
@@ -148,10 +150,11 @@ class LinearSolver:
         return csr_array(matrix[free][:, free]) if len(free) < self._K.size else matrix
 
     def _direct(self, rhs: Vector, fixed: NDArray[np.bool_]) -> Vector:
-        if self._factor is None or self._kept is None or not np.array_equal(self._kept[0], fixed):
+        if self._factor is None or self._kept is None or not np.array_equal(self._kept, fixed):
             make = _Pardiso if self._kind == "pardiso" else _SuperLU
             self._factor = _factorised(make, self._reduced(fixed), self._K.symmetric)
-            self._kept = (fixed.copy(), None)
+            self._kept = fixed.copy()
+            self.factorised += 1
         self._count(self._factor.name)
         self.iterations = 1
         x = np.zeros(self._K.size)

@@ -132,6 +132,30 @@ def test_the_work_of_supports_and_loads_is_the_strain_energy():
     assert float(part[work]) == pytest.approx(held, rel=1e-9)
 
 
+def test_a_factor_may_be_used_again():
+    (full, newton), (reused, modified) = bent(bar(), steps=6), bent(bar(), steps=6, reuse=0.3)
+    assert modified._solver.factorised < 0.8 * newton._solver.factorised
+    assert reused == pytest.approx(full, rel=1e-8, abs=1e-9)
+
+
+def saturating(stretch, c):
+    """Gets soft in both directions."""
+    return c * stretch / (1.0 + 100.0 * abs(stretch))
+
+
+def test_a_line_search_finds_what_full_steps_miss():
+    def up_and_down(line_search):
+        part = bar()
+        force = PairwiseForce(part, saturating, c=BondBased(part, E).c)
+        boundaries = ends(part, force=[lambda time: 4.5e6 * (1.0 - abs(2.0 * time - 1.0)), 0.0])
+        return solved(force, boundaries, steps=2, tolerance=1e-10, cuts=0, line_search=line_search)
+
+    with pytest.raises(NotConverged, match="between 0.5 and 1 s"):
+        up_and_down(line_search=False)
+    rest, _ = up_and_down(line_search=True)
+    assert np.abs(rest).max() < 1e-12
+
+
 # -- what fails ---------------------------------------------------------------------------------------------------
 
 
