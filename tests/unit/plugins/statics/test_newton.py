@@ -150,7 +150,7 @@ def test_a_line_search_finds_what_full_steps_miss():
         boundaries = ends(part, force=[lambda time: 4.5e6 * (1.0 - abs(2.0 * time - 1.0)), 0.0])
         return solved(force, boundaries, steps=2, tolerance=1e-10, cuts=0, line_search=line_search)
 
-    with pytest.raises(NotConverged, match="between 0.5 and 1 s"):
+    with pytest.raises(NotConverged, match=r"between 0\.5 and 1 s"):
         up_and_down(line_search=False)
     rest, _ = up_and_down(line_search=True)
     assert np.abs(rest).max() < 1e-12
