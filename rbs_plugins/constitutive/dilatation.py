@@ -93,8 +93,8 @@ class Dilatation(BondRelation):
         self._links: list[Dilatation] = []
         for each in self._check_within(within):
             each.link(self)
-        if isinstance(part, Part):
-            self.weigh()
+        if isinstance(part, Part) and inverse_weighted_volume not in part:
+            part[inverse_weighted_volume] = 0.0  # until a run begins: then bonds and volumes are what they are
         self._holding = 0  # tells whether bonds have broken since the last look
 
     def _check_within(self, within: Sequence[Dilatation]) -> list[Dilatation]:
@@ -128,14 +128,8 @@ class Dilatation(BondRelation):
     # -- weighted volume --------------------------------------------------------------------------------------------
 
     def link(self, joint: Dilatation) -> None:
-        """Takes a connection of the part into account; what the others add is known."""
-        others = [link for link in self._links if link.host is not joint.host]
-        known = len(others) == len(self._links) and self.rule != "full"
-        self._links = [*others, joint]
-        if known:
-            self._hold(self._m + joint._shares(self.part))
-        else:
-            self.weigh()
+        """Takes a connection of the part into account, in place of an earlier one."""
+        self._links = [*(link for link in self._links if link.host is not joint.host), joint]
 
     def links_among(self, scene: Sequence[Relation]) -> list[Dilatation]:
         """Dilatations of connections that add to that of the part in a scene."""
@@ -149,7 +143,6 @@ class Dilatation(BondRelation):
             self._hold(self._shares(self.part) + sum(link._shares(self.part) for link in self._links))
 
     def _hold(self, m: NDArray[np.float64]) -> None:
-        self._m = m
         inverse = np.zeros(len(self.part))
         np.divide(1.0, m, out=inverse, where=m > 0)  # a node that has lost all bonds feels nothing
         self.part[inverse_weighted_volume] = inverse
