@@ -26,7 +26,7 @@ from rbs_plugins.loops.bits import LIFTED, STEADY, exponent, fused, mantissa, sc
 
 __all__ = ["exp", "log", "pow", "tanh"]
 
-_INLINED = {"forceinline": True, "error_model": "numpy"}
+_INLINED = {"forceinline": True, "error_model": "numpy", "fastmath": False}
 _PER_LN2 = 1.4426950408889634
 _LN2_HIGH, _LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10  # n * high is exact
 _EXP_LARGEST, _EXP_SMALLEST = 709.782712893384, -708.3964185322641

@@ -23,6 +23,17 @@ def linear_solid(
     return influence * (grown * reference_length + stiff * extension)
 
 
+def of_one_material(
+    extension, reference_length, influence, dilatation_i, dilatation_j,
+    inverse_weighted_volume_i, inverse_weighted_volume_j, dilatational_modulus_i, dilatational_modulus_j,
+    deviatoric_modulus_i, deviatoric_modulus_j,
+):  # fmt: skip
+    """The same where both ends have the same constants, with fewer products."""
+    own, other = inverse_weighted_volume_i, inverse_weighted_volume_j
+    grown = dilatational_modulus_i * (own * dilatation_i + other * dilatation_j)
+    return influence * (grown * reference_length + deviatoric_modulus_i * (own + other) * extension)
+
+
 def own_pull(
     extension, reference_length, influence, dilatation_i, inverse_weighted_volume_i, dilatational_modulus_i,
     deviatoric_modulus_i,

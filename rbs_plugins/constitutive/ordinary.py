@@ -24,6 +24,7 @@ from rbs_plugins.constitutive.linear_solid import (
     held,
     linear_solid,
     moduli,
+    of_one_material,
     own_pull,
     stiffest,
 )
@@ -103,10 +104,11 @@ class OrdinaryStateBased(PairwiseForce):
             within=[each.dilatation for each in self._between], when=when,
         )  # fmt: skip
         self._fixed = {**self._moduli(part), **self.dilatation.given}
+        law = of_one_material if "deviatoric_modulus_i" in self._fixed else linear_solid
         numbers: dict[str, Any] = {**self._fixed, **parameters}
         super().__init__(
-            part, linear_solid, fracture, potential=held, partial_volume=partial_volume, linear=linear, active=active,
-            when=when, **numbers,
+            part, law, fracture, potential=held, partial_volume=partial_volume, linear=linear, active=active, when=when,
+            **numbers,
         )  # fmt: skip
         self.feeders = (*((self.dilatation,) if self.path_dependent else ()), *self.feeders)
 
@@ -158,6 +160,11 @@ class OrdinaryStateBased(PairwiseForce):
         return float(np.sqrt(fracture_energy / unit))
 
     # -- loops ------------------------------------------------------------------------------------------------------
+
+    def attach(self) -> None:
+        if not self.path_dependent and isinstance(self.host, Part):
+            self.dilatation.weigh()  # nobody runs it
+        super().attach()
 
     def recipe(self) -> Recipe:
         recipe = super().recipe()

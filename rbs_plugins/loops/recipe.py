@@ -19,7 +19,7 @@ from rbs_plugins.fields import bond_energy, bond_extension, bond_force, breakabl
 from rbs_plugins.loops.arguments import Argument
 from rbs_plugins.loops.loop import Text
 from rbs_plugins.loops.pieces import FAILS, indented, quadrature, strict
-from rbs_plugins.loops.source import compilable, definitions, plain
+from rbs_plugins.loops.source import STRICTLY, compilable, definitions, plain
 
 __all__ = ["FAILS", "SLOPE_STEP", "Body", "Recipe", "indented", "kinematic_values", "strict"]
 
@@ -200,7 +200,7 @@ class Recipe:
 def _strict(function: Any) -> Any:
     from numba import njit
 
-    return njit(error_model="numpy", forceinline=True)(compilable(function))
+    return njit(**STRICTLY)(compilable(function))
 
 
 class Body(ABC):

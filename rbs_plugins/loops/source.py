@@ -16,7 +16,10 @@ from typing import Any
 
 import numpy as np
 
-STRICT = "@njit(error_model='numpy', forceinline=True)"
+# Said aloud, since a function that does not is compiled with the liberties of its caller: then the pull of a bond would
+# differ by a rounding between its ends, and a criterion might break one direction alone.
+STRICTLY: dict[str, Any] = {"error_model": "numpy", "forceinline": True, "fastmath": False}
+STRICT = f"@njit({', '.join(f'{name}={value!r}' for name, value in STRICTLY.items())})"
 # Before every name that a law takes from outside: a helper of the user must not replace a function of the loops.
 OWN = "own_"
 FUNCTIONS = "rbs_plugins.functions"
@@ -41,7 +44,7 @@ def compilable(function: Any, *, busy: tuple[Any, ...] = ()) -> Callable[..., An
         ours = getattr(value, "__module__", None) == FUNCTIONS
         if isinstance(value, types.FunctionType) and not ours and value not in (*busy, original):
             inner = compilable(value, busy=(*busy, original))
-            helpers[name] = njit(error_model="numpy", forceinline=True)(inner)
+            helpers[name] = njit(**STRICTLY)(inner)
     if not helpers:
         return original
     scope = {**original.__globals__, **helpers}

@@ -21,7 +21,7 @@ from rbs_core import Field
 from rbs_plugins.loops.arguments import Argument
 from rbs_plugins.loops.loop import Text
 from rbs_plugins.loops.recipe import FAILS, Recipe, strict
-from rbs_plugins.loops.source import compilable, definitions
+from rbs_plugins.loops.source import STRICTLY, compilable, definitions
 
 SECANTS = 6  # steps to the stretch across a plate or bar: superlinear, so the last ones change the last digits
 TENSORS = ("F_i", "F_j", "P_i", "P_j")  # what criteria may ask for beside the names of bond laws
@@ -268,4 +268,4 @@ def inverse_of_shape(d: int, k: str) -> list[str]:
 def _strict(function: Any) -> Any:
     from numba import njit
 
-    return njit(error_model="numpy", forceinline=True)(compilable(function))
+    return njit(**STRICTLY)(compilable(function))

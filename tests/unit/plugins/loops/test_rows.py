@@ -7,9 +7,26 @@ import pytest
 
 import rbs_core as rbs
 from rbs_core import NotFinite
-from rbs_plugins import Criterion, CriticalStretch, FractureDissipation, PairwiseForce, StrainEnergy
-from rbs_plugins.fields import displacement, force_density, intact
+from rbs_plugins import (
+    Criterion,
+    CriticalBondEnergy,
+    CriticalStretch,
+    FractureDissipation,
+    OrdinaryStateBased,
+    PairwiseForce,
+    StrainEnergy,
+)
+from rbs_plugins.fields import (
+    deviatoric_modulus,
+    dilatation,
+    dilatational_modulus,
+    displacement,
+    force_density,
+    intact,
+    inverse_weighted_volume,
+)
 from rbs_plugins.loops.rows import ROWS, row_ranges
+from rbs_plugins.testing import ends
 from tests.unit.plugins.loops.doubles import body
 
 
@@ -55,6 +72,35 @@ def test_both_ends_of_a_bond_break_together_in_a_cloud():
     holds = dict(zip(map(tuple, pairs.tolist()), part[intact].tolist(), strict=True))
     assert 0 < sum(holds.values()) < len(holds)
     assert all(holds[i, j] == holds[j, i] for i, j in holds)
+
+
+def test_what_depends_on_both_ends_is_the_same_from_either_to_the_bit(rng):
+    """Half of the pull of a solid times the extension, at limits that are what some bond holds but for a rounding."""
+    part = rbs.Part("cloud", rbs.Everywhere(), dimension=2)
+    part.place(rng.uniform(0, 1, (80, 2)), rng.uniform(0.01, 0.03, 80), spacing=0.1, thickness=1.0).connect(0.4)
+    part[displacement] = 1e-3 * rng.standard_normal((80, 2))
+    nodes, neighbors = ends(part)
+    E = np.where(part.positions[:, 0] < 0.5, 1e9, 2e9)
+
+    def solid(w0):
+        part[dilatation] = 0.0
+        force = OrdinaryStateBased(part, E, 0.1, CriticalBondEnergy(w0, form="secant"))
+        rbs.Analysis([*force.feeders, force]).run(steps=1, dt=1.0, force_dt=True, progress=False)
+
+    solid(1e30)
+    y = part.positions + part[displacement]
+    rest = np.linalg.norm(part.positions[neighbors] - part.positions[nodes], axis=1)
+    extension = np.linalg.norm(y[neighbors] - y[nodes], axis=1) - rest
+    per_m = part[inverse_weighted_volume]
+    growing, stiff = (per_m * part[dilatational_modulus] * part[dilatation], per_m * part[deviatoric_modulus])
+    pull = (growing[nodes] + growing[neighbors]) * rest + (stiff[nodes] + stiff[neighbors]) * extension
+    limits = 0.5 * (pull * extension)[(extension > 0) & (pull > 0)]
+    back = np.lexsort((nodes, neighbors))
+    for w0 in rng.choice(limits, 40).tolist():
+        part[intact] = 1
+        solid(w0)
+        assert 0 < np.count_nonzero(part[intact]) < len(rest)
+        assert np.array_equal(part[intact], part[intact][back])
 
 
 def test_each_end_of_a_list_answers_for_itself():
