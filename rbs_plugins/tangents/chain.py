@@ -49,7 +49,13 @@ class Chain:
         self.left = np.zeros_like(self.blocks) if apart else self.blocks
         self.weights = np.zeros((pattern.rows, size, size))
         self._room = np.zeros((pattern.rows, size))
+        self._turned: Array | None = None  # L in the order in which products read it, made when one is asked for
+        self._stale = True
         self._loops: dict[str, Loop] = {}
+
+    def changed(self) -> None:
+        """Called by the owner when it has filled in blocks anew."""
+        self._stale = True
 
     def _loop(self, name: str, rows: int, work: int, **arguments: Any) -> Loop:
         """The loop of a name, with other arrays of the same shapes from the second time on."""
@@ -74,8 +80,12 @@ class Chain:
 
     def multiply(self, v: Array, out: Array) -> None:
         """Adds the product with v, (d columns,), to `out`."""
+        if self._stale:
+            self._turned = np.empty_like(self.left) if self._turned is None else self._turned
+            np.take(self.left, self.pattern.transposed[2], axis=0, out=self._turned, mode="clip")
+            self._stale = False
         self._loop("gather", self.pattern.rows, len(self.pattern), v=v)()
-        self._loop("spread", self.pattern.width, len(self.pattern), out=out)()
+        self._loop("spread", self.pattern.width, len(self.pattern), turned=self._turned, out=out)()
 
     def diagonal(self, out: Array) -> None:
         """Adds the diagonal to `out`, (d columns,)."""
@@ -90,6 +100,7 @@ class Chain:
     def nbytes(self) -> int:
         """Bytes of blocks and weights."""
         left = 0 if self.left is self.blocks else self.left.nbytes
+        left += 0 if self._turned is None else self._turned.nbytes
         return self.blocks.nbytes + left + self.weights.nbytes + self._room.nbytes
 
 
@@ -135,7 +146,7 @@ def _text(name: str, d: int, q: int, gradient: bool) -> Text:
     write = _Write(d, q, gradient)
     given = {"fill": "starts, columns, back, rows, entries, blocks, left, weights, found_starts, found, where, data",
              "gather": "starts, columns, blocks, weights, room, v", "total": "starts, columns, blocks, room, v",
-             "spread": "back, rows, entries, left, room, out",
+             "spread": "back, rows, turned, room, out",
              "diagonal": "back, rows, entries, blocks, left, weights, out"}[name]  # fmt: skip
     if name in ("gather", "total"):
         weighted = [" + ".join(f"weights[p, {r}, {s}] * s{s}" for s in write.q) for r in write.q]
@@ -162,10 +173,10 @@ def _fill(write: _Write, d: int) -> list[str]:
 
 
 def _spread(write: _Write, d: int) -> list[str]:
-    terms = {a: [(write.terms("e", s, a, "left"), f"room[p, {s}]") for s in write.q] for a in write.d}
+    terms = {a: [(write.terms("t", s, a, "turned"), f"room[p, {s}]") for s in write.q] for a in write.d}
     added = [f"o{a} += {write.total(pairs)}" for a, pairs in terms.items()]
     return [*(f"o{a} = 0.0" for a in write.d), "for t in range(back[i], back[i + 1]):",
-            *indented(["p, e = rows[t], entries[t]", *added]),
+            *indented(["p = rows[t]", *added]),
             *(f"out[{d} * i + {a}] += o{a}" for a in write.d)]  # fmt: skip
 
 

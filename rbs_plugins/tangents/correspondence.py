@@ -92,6 +92,7 @@ class CorrespondenceTangent(Tangent):
         self._arms()
         if self._soft:
             self._fade(time, dt)
+        self._chain.changed()
 
     def _fade(self, time: float, dt: float) -> None:
         """What softening changes."""

@@ -76,6 +76,7 @@ class OrdinaryTangent(SpringTangent):
         self._place_own()
         for joint, growth in zip(self._joints, self._growths[1:], strict=True):
             joint.place(growth, self._chain)
+        self._chain.changed()
 
     def matrix(self) -> csr_array[Any]:
         if self._blocks is None:
