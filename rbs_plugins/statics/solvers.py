@@ -14,11 +14,13 @@ from scipy.sparse.linalg import LinearOperator, gmres, spilu, splu
 
 from rbs_core import BadInput
 from rbs_core.report import log
+from rbs_plugins.statics.multigrid import Multigrid
 from rbs_plugins.statics.problem import Vector
 from rbs_plugins.statics.stiffness import Stiffness
 from rbs_plugins.statics.vectors import Gradients
 
-SOLVERS = ("auto", "cg", "direct", "gmres", "pardiso")
+SOLVERS = ("auto", "cg", "direct", "gmres", "multigrid", "pardiso")
+OPTIONAL = {"pardiso": "pypardiso", "multigrid": "pyamg"}  # the packages that they need
 SMALL = 4_000  # unknowns up to which a factorisation takes no longer than the iterations would
 TINY = 1e-300
 
@@ -34,7 +36,8 @@ class LinearSolver:
         stiffness: K.
         kind: "cg" for conjugate gradients with products and the diagonal only, no matrix (symmetric K); "direct" for a
             factorisation by SuperLU; "pardiso" for one by Intel's solver, several times as fast, which needs pypardiso
-            and gives other bits for other numbers of threads; "gmres" with incomplete factors; "auto" takes a
+            and gives other bits for other numbers of threads; "gmres" with incomplete factors; "multigrid"
+            for conjugate gradients with algebraic multigrid, which needs pyamg (symmetric K); "auto" takes a
             factorisation for small problems, conjugate gradients for large symmetric ones with a factorisation as the
             second try, and a factorisation, or in 3-D gmres, for large ones that are not.
         dimension: of the parts.
@@ -52,8 +55,9 @@ class LinearSolver:
     def __init__(self, stiffness: Stiffness, kind: str, dimension: int, owner: str) -> None:
         if kind not in SOLVERS:
             raise BadInput(f"{owner}: solver={kind!r} must be one of {', '.join(SOLVERS)}")
-        if kind == "pardiso" and importlib.util.find_spec("pypardiso") is None:
-            raise BadInput(f"{owner}: solver='pardiso' needs pypardiso: pip install 'rbs[pardiso]', or take 'direct'")
+        package = OPTIONAL.get(kind)
+        if package is not None and importlib.util.find_spec(package) is None:
+            raise BadInput(f"{owner}: solver='{kind}' needs {package}: pip install 'rbs[{kind}]', or take 'auto'")
         self._K, self._kind, self._dimension, self._owner = stiffness, kind, dimension, owner
         self.used: dict[str, int] = {}
         self.factorised = 0
@@ -96,6 +100,8 @@ class LinearSolver:
             log.info("%s: conjugate gradients did not converge in %d iterations, factorising from now on",
                      self._owner, self.iterations)  # fmt: skip
             kind = "direct"
+        if kind == "multigrid":
+            return self._multigrid(rhs, fixed, tolerance)
         return self._gmres(rhs, fixed, tolerance) if kind == "gmres" else self._direct(rhs, fixed)
 
     def _choose(self) -> str:
@@ -114,8 +120,7 @@ class LinearSolver:
 
     def _cg(self, rhs: Vector, fixed: NDArray[np.bool_], tolerance: float) -> Vector | None:
         """None if K bends down along some direction, or after many iterations."""
-        if not self._K.symmetric:
-            raise BadInput(f"{self._owner}: solver='cg' is for symmetric tangents, and this one is not: take 'gmres'")
+        self._require_symmetric()
         self._count("cg")
         g = self._gradients = self._gradients or Gradients(self._K.size)
         diagonal = self._K.diagonal()
@@ -140,6 +145,22 @@ class LinearSolver:
             g.turn(rz / before if before else 0.0)
         self.iterations = most
         return None
+
+    def _require_symmetric(self) -> None:
+        if not self._K.symmetric:
+            raise BadInput(
+                f"{self._owner}: solver='{self._kind}' is for symmetric tangents, and this one is not: take 'gmres'"
+            )
+
+    def _multigrid(self, rhs: Vector, fixed: NDArray[np.bool_], tolerance: float) -> Vector:
+        self._require_symmetric()
+        self._count("multigrid")
+        if self._factor is None or self._kept is None or not np.array_equal(self._kept, fixed):
+            self._factor, self._kept = Multigrid(self._K, fixed, self._dimension), fixed.copy()
+        x, self.iterations = self._factor.solve(rhs, tolerance, 500)
+        if x is None:
+            raise Singular(f"multigrid did not converge in {self.iterations} iterations: take solver='direct'")
+        return np.asarray(x)
 
     # -- factorisation ----------------------------------------------------------------------------------------------
 

@@ -79,6 +79,19 @@ class Stiffness:
         """Bytes of all tangents, as far as they tell."""
         return sum(getattr(each, "nbytes", 0) for each in self._tangents)
 
+    def rigid_motions(self) -> NDArray[np.float64]:
+        """(size, 1, 3 or 6) what translations and turns of the whole move, all parts as if in one system."""
+        d = self._problem.parts[0].dimension
+        X = np.concatenate([part.positions for part in self._problem.parts]) + self._problem.u.reshape(-1, d)
+        X = X - X.mean(axis=0)
+        modes = [np.broadcast_to(np.eye(d)[k], X.shape) for k in range(d)]
+        for a in range(d):
+            for b in range(a):
+                turn = np.zeros_like(X)
+                turn[:, a], turn[:, b] = X[:, b], -X[:, a]
+                modes.append(turn)
+        return np.stack([mode.ravel() for mode in modes], axis=1)
+
     def matrix(self) -> csr_array:
         """K as compressed rows."""
         total = None

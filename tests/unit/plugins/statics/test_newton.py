@@ -26,6 +26,7 @@ from rbs_plugins.fields import (
     volume,
 )
 from rbs_plugins.statics.newton import Newton
+from rbs_plugins.statics.solvers import OPTIONAL
 
 E, LENGTH, SPACING = 1e9, 2.0, 0.2
 TIGHT = 1e-12
@@ -90,10 +91,10 @@ def test_a_linear_problem_takes_one_solution():
     assert newton.solved == {"SuperLU": 3}
 
 
-@pytest.mark.parametrize("solver", ["cg", "gmres", "pardiso"])
+@pytest.mark.parametrize("solver", ["cg", "gmres", "multigrid", "pardiso"])
 def test_solvers_agree(solver):
-    if solver == "pardiso":
-        pytest.importorskip("pypardiso")
+    if solver in OPTIONAL:
+        pytest.importorskip(OPTIONAL[solver])
     direct, _ = _pulled("direct")
     other, newton = _pulled(solver)
     assert set(newton.solved) == {solver}

@@ -96,7 +96,9 @@ def test_what_has_no_inverse_is_told():
 
 
 def test_wrong_names_and_wrong_solvers_are_refused():
-    with pytest.raises(BadInput, match="somebody: solver='mumps' must be one of auto, cg, direct, gmres, pardiso"):
+    with pytest.raises(
+        BadInput, match="somebody: solver='mumps' must be one of auto, cg, direct, gmres, multigrid, pardiso"
+    ):
         LinearSolver(Matrix(chain(9)), "mumps", 2, "somebody")
     with pytest.raises(BadInput, match="solver='cg' is for symmetric tangents"):
         LinearSolver(Matrix(chain(9), False), "cg", 2, "somebody").solve(np.ones(9), fixed_ends(9), 1e-9)
