@@ -16,6 +16,9 @@ from rbs_core.report import log
 from rbs_core.trigger import Clock
 from rbs_plugins.exporters.frames import FrameExporter, axis_of
 
+SAMPLE = 100  # nodes that are looked at to find how much a body is deformed
+WIDEST = 0.5  # squares that lie across need root two of their width
+
 
 @dataclass(frozen=True)
 class Sketch:
@@ -90,10 +93,8 @@ def draw(sketch: Sketch) -> NDArray[np.uint8]:
 
 def _look_between_title_and_bar(camera: Any, sketch: Sketch) -> None:
     """Fits what is shown into the left 85 % and the lower 92 % of the picture."""
-    low, high = sketch.low, sketch.high
     width, height = sketch.size
-    tall = max((high[1] - low[1]) / 0.92, (high[0] - low[0]) / 0.85 * height / width, 1e-300) * 1.04
-    middle = (low + high) / 2
+    tall, middle = _height(sketch), (sketch.low + sketch.high) / 2
     focus = (middle[0] + 0.075 * tall * width / height, middle[1] + 0.04 * tall, middle[2])
     camera.focal_point = focus
     camera.position = (focus[0], focus[1], focus[2] + 10 * tall)
@@ -101,10 +102,31 @@ def _look_between_title_and_bar(camera: Any, sketch: Sketch) -> None:
     camera.clipping_range = (5 * tall, 15 * tall)
 
 
+def _height(sketch: Sketch) -> float:
+    """What the height of a flat picture shows, m."""
+    extent, (width, height) = sketch.high - sketch.low, sketch.size
+    return max(float(extent[1]) / 0.92, float(extent[0]) / 0.85 * height / width, 1e-300) * 1.04
+
+
 def _point_size(sketch: Sketch) -> float:
     """Pixels per node, so that the nodes of a grid just touch."""
     extent = max(float((sketch.high - sketch.low).max()), 1e-300)
-    return float(np.clip(min(sketch.size) * sketch.spacing / extent, 1.0, 60.0))
+    scale = sketch.size[1] / _height(sketch) if sketch.flat else min(sketch.size) / extent
+    return float(np.clip(scale * sketch.spacing, 1.0, 60.0))
+
+
+def _widening(part: Part, points: NDArray[np.float64]) -> float:
+    """How much wider nodes are to be drawn so that a body shows no gaps where it is turned or stretched."""
+    if not part.connected:
+        return 1.0
+    grown = []
+    for node in np.unique(np.linspace(0, len(part) - 1, SAMPLE).astype(np.int64)):
+        others = part.bonds.neighbors(int(node))
+        bond = part.positions[others] - part.positions[node]
+        moved = points[others, : part.dimension] - points[node, : part.dimension] - bond
+        grown.append(np.linalg.norm(moved, axis=1) / np.linalg.norm(bond, axis=1))
+    usual = float(np.quantile(np.concatenate(grown), 0.9)) if sum(map(len, grown)) else 0.0
+    return 1.0 + min(usual, WIDEST)
 
 
 def save(image: NDArray[np.uint8], file: Path) -> None:
@@ -184,8 +206,9 @@ class DrawingExporter(FrameExporter):
         low, high = points.min(axis=0), points.max(axis=0)
         extent = max(float((high - low).max()), 1e-300)
         name = self.field.name if self.axis is None else f"{self.field.name} {'xyz'[self.axis]}"
+        spacing = self.part.spacing or extent / max(len(points), 1) ** (1 / self.part.dimension)
         return Sketch(
-            points, values, self.part.spacing or extent / max(len(points), 1) ** (1 / self.part.dimension), low, high,
+            points, values, spacing * _widening(self.part, points), low, high,
             flat=self.part.dimension < 3 and high[2] - low[2] <= 1e-9 * extent, title=f"{name}\n[{self.field.unit}]",
             caption=f"{self.part.name}, t = {clock.time:.4g} s", limits=self.limits, size=self.size, colors=self.colors,
         )  # fmt: skip
