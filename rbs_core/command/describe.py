@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import difflib
 import inspect
+import re
 from typing import Any
 
 from rbs_core.errors import BadInput
@@ -46,7 +47,7 @@ def describe(options: argparse.Namespace) -> int:
         _field(known.fields()[name], known)
     elif name in known.geometries():
         geometry = known.geometries()[name]
-        print(f"{name}{inspect.signature(geometry)}\n\n{inspect.getdoc(geometry)}")
+        print(f"{name}{_signature(geometry)}\n\n{inspect.getdoc(geometry)}")
     else:
         names = sorted([*known.relations(), *known.fields(), *known.geometries()])
         raise BadInput(f"nobody knows '{name}'{similar(name, names)}; known are {', '.join(names)}")
@@ -61,12 +62,17 @@ def similar(name: str, names: list[str]) -> str:
 
 
 def _relation(name: str, relation: type[Relation]) -> None:
-    print(f"{name}{inspect.signature(relation)}\n")
+    print(f"{name}{_signature(relation)}\n")
     print(inspect.getdoc(relation) or "")
     print()
     for word in WORDS:
         print(f"  {word:<8} {_fields(relation, word)}")
     print(f"\n{relation.__module__}, {inspect.getsourcefile(relation)}")
+
+
+def _signature(thing: type[Any]) -> str:
+    """How to call it; types that the source has in quotes without them."""
+    return re.sub(r"(: |-> )'([^']*)'", r"\1\2", str(inspect.signature(thing)))
 
 
 def _field(field: Field, known: Registry) -> None:

@@ -120,10 +120,24 @@ class LoadSteps(Statics):
         self._problem = Problem(self.label, every, as_list(forces), as_list(boundaries))  # type: ignore[arg-type]
         self.owns = self._problem.owned
         self.tolerance, self.iterations, self.cuts, self.rebalance = tolerance, iterations, cuts, rebalance
-        self.reads: Fields = tuple((part, volume) for part in every)
-        self.updates: Fields = tuple((part, displacement) for part in every)
-        self.offers: Fields = tuple((part, external_work) for part in every)
         self.reset()
+
+    # -- contract ---------------------------------------------------------------------------------------------------
+
+    @property
+    def reads(self) -> Fields:  # type: ignore[override]
+        """Volumes, and what forces and loads read."""
+        return self._problem.at_nodes(volume)
+
+    @property
+    def updates(self) -> Fields:  # type: ignore[override]
+        """Displacements, and what the forces update; what forces and loads add up is written."""
+        return self._problem.at_nodes(displacement)
+
+    @property
+    def offers(self) -> Fields:  # type: ignore[override]
+        """The work of motions and loads, and what the forces offer."""
+        return self._problem.at_nodes(external_work)
 
     # -- what a subclass says ---------------------------------------------------------------------------------------
 

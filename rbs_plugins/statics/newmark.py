@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from rbs_core import BadInput, Part, Relation, Trigger, always
+from rbs_core.relation import Fields
 from rbs_core.trigger import Clock
 from rbs_plugins.boundary.damping import ViscousDamping
 from rbs_plugins.fields import density, displacement, external_work, velocity, volume
@@ -65,9 +66,18 @@ class Newmark(Newton):
         if not (math.isfinite(beta) and 2.0 * beta >= gamma >= 0.5):
             raise BadInput(f"{self.label}: beta={beta} and gamma={gamma} are stable for every dt only if 2β >= γ >= ½")
         self.beta, self.gamma = beta, gamma
-        every = self._problem.parts
-        self.reads = tuple((part, field) for part in every for field in (volume, density))
-        self.updates = tuple((part, field) for part in every for field in (displacement, velocity))
+
+    # -- contract ---------------------------------------------------------------------------------------------------
+
+    @property
+    def reads(self) -> Fields:  # type: ignore[override]
+        """Volumes and densities, and what forces and loads read."""
+        return self._problem.at_nodes(volume, density)
+
+    @property
+    def updates(self) -> Fields:  # type: ignore[override]
+        """Displacements and velocities, and what the forces update; what forces and loads add up is written."""
+        return self._problem.at_nodes(displacement, velocity)
 
     def _check_supports(self) -> None:
         """Inertia holds everything."""

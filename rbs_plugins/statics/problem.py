@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rbs_core import BadInput, Part, Relation
+from rbs_core import BadInput, Field, Part, Relation
 from rbs_core.part import Host
+from rbs_core.relation import Fields
 from rbs_core.schedule import with_feeders
 from rbs_core.trigger import Clock
 from rbs_plugins.boundary.domain import BoundaryDomain
@@ -71,6 +72,10 @@ class Problem:
             strange = [part.name for part in (*each.parts, *adds) if part not in self.parts]
             if strange:
                 raise BadInput(f"{self._owner}: {each.label} acts on part '{strange[0]}', which is not among its parts")
+
+    def at_nodes(self, *fields: Field) -> Fields:
+        """Fields of all parts, as a contract names them."""
+        return tuple((part, field) for part in self.parts for field in fields)
 
     @property
     def owned(self) -> tuple[Relation, ...]:

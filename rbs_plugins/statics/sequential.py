@@ -104,11 +104,6 @@ class SequentiallyLinear(Statics):
         self.owns = self._problem.owned
         self.ties = ties
         self._failing: list[PairwiseForce] = [f for f in self._problem.given if getattr(f, "fracture", None)]  # type: ignore[misc]
-        self.reads: Fields = tuple((part, volume) for part in every)
-        self.updates: Fields = (
-            *((part, displacement) for part in every), *((force.host, intact) for force in self._failing)
-        )  # fmt: skip
-        self.writes: Fields = tuple((part, load_factor) for part in every)
         self.reset()
 
     def _check(self, forces: Sequence[Relation]) -> None:
@@ -124,6 +119,21 @@ class SequentiallyLinear(Statics):
         if not any(getattr(force, "fracture", None) for force in forces):
             raise BadInput(f"{self.label}: no force has a criterion, so that nothing can fail: give fracture=, or take "
                            "Newton")  # fmt: skip
+
+    @property
+    def reads(self) -> Fields:  # type: ignore[override]
+        """Volumes, and what forces and loads read."""
+        return self._problem.at_nodes(volume)
+
+    @property
+    def updates(self) -> Fields:  # type: ignore[override]
+        """Displacements, and the state of bonds that can fail."""
+        return (*self._problem.at_nodes(displacement), *((force.host, intact) for force in self._failing))
+
+    @property
+    def writes(self) -> Fields:  # type: ignore[override]
+        """The factor of the loads, and what forces and loads add up."""
+        return self._problem.at_nodes(load_factor)
 
     def keys(self, *words: str) -> list[Key]:
         """As of any owner, but the energy of failing bonds is not recorded."""
