@@ -86,6 +86,7 @@ class Newton(LoadSteps):
         super().attach()
         self._K = Stiffness(self._problem, self.label)
         self._solver = LinearSolver(self._K, self._solver_name, self.part.dimension, self.label)
+        self._solver.holds = any(host.bonds.has_broken for host in self._problem.hosts)
         self._known = False  # whether K is that of the bonds that there are
 
     @property
@@ -99,7 +100,7 @@ class Newton(LoadSteps):
         return self._K.nbytes if hasattr(self, "_K") else 0
 
     def _bonds_failed(self) -> None:
-        self._known = False
+        self._known, self._solver.holds = False, True
 
     def _balanced(self, clock: Clock, goal: Vector) -> Search:
         residuals: list[float] = []

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_array, csr_array
+from scipy.sparse import csc_array, csr_array, eye_array
 from scipy.sparse.linalg import LinearOperator, gmres, spilu, splu
 
 from rbs_core import BadInput
@@ -23,6 +23,7 @@ SOLVERS = ("auto", "cg", "direct", "gmres", "multigrid", "pardiso")
 OPTIONAL = {"pardiso": "pypardiso", "multigrid": "pyamg"}  # the packages that they need
 SMALL = 4_000  # unknowns up to which a factorisation takes no longer than the iterations would
 TINY = 1e-300
+LITTLE = 1e-10  # stiffness by which nodes are held, as a share of the largest one
 
 
 class Singular(ArithmeticError):
@@ -44,6 +45,8 @@ class LinearSolver:
         owner: name for messages.
 
     Attributes:
+        holds: whether a factorisation holds every node a little, as bonds that have failed may leave some free in some
+            direction; an error of the solution that the next iteration takes away.
         used: names of the solvers that have been used, with how often.
         factorised: how often a matrix has been factorised.
         iterations: of the last solution.
@@ -59,6 +62,7 @@ class LinearSolver:
         if package is not None and importlib.util.find_spec(package) is None:
             raise BadInput(f"{owner}: solver='{kind}' needs {package}: pip install 'rbs[{kind}]', or take 'auto'")
         self._K, self._kind, self._dimension, self._owner = stiffness, kind, dimension, owner
+        self.holds = False
         self.used: dict[str, int] = {}
         self.factorised = 0
         self.iterations = 0
@@ -173,7 +177,10 @@ class LinearSolver:
     def _direct(self, rhs: Vector, fixed: NDArray[np.bool_]) -> Vector:
         if self._factor is None or self._kept is None or not np.array_equal(self._kept, fixed):
             make = _Pardiso if self._kind == "pardiso" else _SuperLU
-            self._factor = _factorised(make, self._reduced(fixed), self._K.symmetric)
+            matrix = self._reduced(fixed)
+            if self.holds:
+                matrix = csr_array(matrix + LITTLE * matrix.diagonal().max(initial=0.0) * eye_array(matrix.shape[0]))
+            self._factor = _factorised(make, matrix, self._K.symmetric)
             self._kept = fixed.copy()
             self.factorised += 1
         self._count(self._factor.name)
