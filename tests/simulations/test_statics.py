@@ -73,6 +73,32 @@ def test_sarego_beam_coarse(tmp_path):
         assert run("sarego_beam", tmp_path / load, n=200, load=load)["error_percent"] == pytest.approx(error, abs=0.2)
 
 
+def test_three_point_bending_coarse(tmp_path):
+    size = {"spacing": 1e-2, "columns": 62, "rows": 15}
+    dropped = run("three_point_bending", tmp_path / "newton", steps=12, **size)
+    path = run("three_point_bending", tmp_path / "sequential", path="sequential", steps=40, **size)
+    for found in (dropped, path):
+        assert abs(found["stiffness_error_percent"]) < 5
+        assert found["largest_load_N"] == pytest.approx(found["load_with_edge_at_limit_N"], rel=0.15)
+        assert found["crack_off_middle_m"] < 1e-9
+    assert dropped["damage_grows"]
+    assert 0 < dropped["load_behind_the_drop_N"] < 0.1 * dropped["largest_load_N"]
+    assert path["largest_load_N"] == pytest.approx(dropped["largest_load_N"], rel=0.15)
+    # the displacement goes back as the crack grows
+    assert path["smallest_displacement_behind_peak_m"] < 0.8 * path["displacement_then_m"]
+
+
+def test_fracture_mechanics_of_the_beam_with_a_crack():
+    """K√b³ t/(P l) is 2.66 for half of the depth (ASTM E399); a growing crack takes G0 from load and compliance."""
+    case_ = case("three_point_bending")
+    assert float(case_.of_notch(np.array(0.5))) == pytest.approx(2.66, abs=0.01)
+    down, load = case_.snap_back(5e-10)
+    share = np.linspace(0.002, 0.95, 1000)
+    released = 0.5 * (load[:-1] * down[1:] - load[1:] * down[:-1])
+    area = np.diff(share) * case_.DEPTH * case_.THICKNESS
+    assert np.sum(released[50:]) == pytest.approx(case_.G0 * np.sum(area[50:]), rel=0.01)
+
+
 def test_theory_of_the_beam_on_two_supports():
     """5qL⁴/384EI and the shear in the middle, nothing at the ends."""
     beam = case("sarego_beam")
@@ -116,3 +142,22 @@ def test_sarego_moduli_full_size(tmp_path, influence):
     if influence == "constant":
         assert found["u_x_error_inside_percent"] < 7.5
         assert found["E_error_double_percent"] == pytest.approx(4.94, abs=0.7)
+
+
+@pytest.mark.verify
+def test_three_point_bending_full_size(tmp_path):
+    dropped = run("three_point_bending", tmp_path / "newton")
+    path = run("three_point_bending", tmp_path / "sequential", path="sequential")
+    for found in (dropped, path):
+        assert found["nodes"] == 3720
+        assert abs(found["stiffness_error_percent"]) < 5
+        assert found["largest_load_N"] == pytest.approx(found["load_with_edge_at_limit_N"], rel=0.1)
+        assert found["crack_off_middle_m"] < 1e-9
+    assert dropped["damage_grows"]
+    assert dropped["load_behind_the_drop_N"] < 0.05 * dropped["largest_load_N"]
+    assert path["smallest_displacement_behind_peak_m"] == pytest.approx(
+        path["the_same_of_fracture_mechanics_m"], rel=0.1
+    )
+    assert abs(path["off_fracture_mechanics_mean_percent"]) < 10
+    notched = run("three_point_bending", tmp_path / "notch", path="sequential", notch=0.075)
+    assert notched["largest_load_N"] == pytest.approx(notched["largest_load_of_fracture_mechanics_N"], rel=0.1)
