@@ -13,6 +13,8 @@ from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.loops.joint import End
 from rbs_plugins.statics.problem import Problem, Vector
 
+ROUND_OFF = 1e-10  # stretches below this share of the largest are none
+
 
 class BondLimits:
     """The bonds of a force, and at which stretch each fails.
@@ -58,7 +60,8 @@ class BondLimits:
                  for numbers, end in ((i, self._i), (j, self._j))]  # fmt: skip
         stretch = np.sum((moved[1] - moved[0]) * self._direction, axis=1)
         share = np.maximum(stretch / self._tension, -stretch / self._compression)
-        return np.where(self._holds != 0, share, 0.0)
+        strained = np.abs(stretch) > ROUND_OFF * np.abs(stretch).max(initial=0.0)
+        return np.where(strained & (self._holds != 0), share, 0.0)
 
     def ends(self, bonds: NDArray[np.int64]) -> list[tuple[int, int]]:
         """Nodes of some bonds, each pair once."""

@@ -17,6 +17,7 @@ from rbs_core.trigger import Clock
 from rbs_plugins.boundary.domain import BoundaryDomain
 from rbs_plugins.constitutive.bond_based import BondBased
 from rbs_plugins.fields import displacement, external_work, volume
+from rbs_plugins.statics.kept import Kept
 from rbs_plugins.statics.problem import Problem, Vector, as_list, clock_at
 from rbs_plugins.statics.supports import loose_pieces, require_supports
 
@@ -160,20 +161,25 @@ class LoadSteps(Statics):
     def reset(self) -> None:
         self.history: list[Iterations] = []
         self._time = self._step = self._largest = 0.0
+        self._rest: Vector = np.zeros(self._problem.size)  # what was not balanced, N
         self._held: Any = None  # unknowns of pieces that have broken off
         self._supported: Any = None  # prescribed unknowns that have been found to hold everything
 
     def state(self) -> dict[str, Any]:
         held = np.empty(0, np.int64) if self._held is None else self._held
-        return {"time": self._time, "step": self._step, "largest": self._largest, "held": held}
+        kept = {"time": self._time, "step": self._step, "largest": self._largest, "held": held}
+        return kept | ({"rest": self._rest} if self._works else {})
 
     def restore(self, state: dict[str, Any]) -> None:
         self._time, self._step, self._largest = (float(state[name]) for name in ("time", "step", "largest"))
         self._held = np.asarray(state["held"]) if len(state["held"]) else None
+        self._rest = np.array(state.get("rest", self._rest))
 
     def attach(self) -> None:
         self._problem.attach(self)
-        self._rest = np.zeros(self._problem.size)
+        self._works = any(self.wants((part, external_work)) for part in self._problem.parts)
+        if self._rest.size != self._problem.size:
+            self._rest = np.zeros(self._problem.size)
         self._evaluations = 0
         self._unbalanced = 0.0  # norm of the unbalanced force, N
 
@@ -192,14 +198,19 @@ class LoadSteps(Statics):
         while now < target:
             step = min(step, target - now)
             goal = target if target - now - step < 1e-6 * step else now + step
-            kept = self._problem.u.copy()
+            u, tried, own = self._problem.u.copy(), len(self.history), (self._largest, self._rest, self._held)
+            kept = Kept(self) if self._problem.may_break else None  # else nothing can be given up when states advance
             try:
                 easy = self._level(clock_at(clock, goal, goal - now), now)
             except NoEquilibrium as why:
-                self._problem.u[...] = kept
+                rest, self._problem.u[...], (self._largest, self._rest, self._held) = self._rest, u, own
+                if kept is not None and any(each.broken for each in self.history[tried:]):
+                    kept.take_back(clock)
+                    self._supported = None
+                    self._bonds_failed()
                 step *= 0.5
                 if step < (target - start) * 0.5 ** (self.cuts + 0.5):
-                    raise self._failure(clock, goal, str(why)) from None
+                    raise self._failure(clock, goal, str(why), rest) from None
                 log.info("%s: no equilibrium at time %.6g (%s), step cut to %.3g", self.label, goal, why, step)
                 continue
             now = self._time = goal
@@ -224,6 +235,8 @@ class LoadSteps(Statics):
             if found.why is None:
                 broken = problem.commit(clock)
                 self._largest = max(self._largest, self._internal)
+                self._work(before, reactions)
+                before, reactions = problem.u.copy(), self._rest
             took = time.perf_counter() - begin
             residuals = tuple(float(each) for each in found.residuals)
             self.history.append(Iterations(clock.time, residuals, found.why is None, broken, took, found.count))
@@ -231,7 +244,6 @@ class LoadSteps(Statics):
                 raise NoEquilibrium(found.why)
             easy = easy and found.easy
             if not broken:
-                self._work(before, reactions)
                 return easy
             self._bonds_failed()
             self._hold_loose(goal)
@@ -265,21 +277,21 @@ class LoadSteps(Statics):
     # -- results ----------------------------------------------------------------------------------------------------
 
     def _work(self, before: Vector, old: Vector) -> None:
-        """Work of the prescribed motions along a step: mean reaction times displacement."""
+        """Work of the prescribed motions from one equilibrium to the next: mean reaction times displacement."""
         problem = self._problem
-        for part, place in problem.places.items():
+        for part, place in problem.places.items() if self._works else ():
             if self.wants((part, external_work)):
                 moved = (problem.u[place] - before[place]) * problem.fixed[place]
                 self[part, external_work][...] -= 0.5 * float(np.sum((old[place] + self._rest[place]) * moved))
 
-    def _failure(self, clock: Clock, goal: float, why: str) -> NotConverged:
-        rest = np.where(self._problem.fixed, 0.0, np.nan_to_num(self._rest, nan=np.inf))
+    def _failure(self, clock: Clock, goal: float, why: str, rest: Vector) -> NotConverged:
+        rest = np.where(self._problem.fixed, 0.0, np.nan_to_num(rest, nan=np.inf))
         worst = int(np.argmax(np.abs(rest)))
         tried = "\n  ".join(str(each) for each in self.history[-3:])
         error = NotConverged(
             f"step {clock.step}: {self.label} finds no equilibrium between {self._time:.6g} and {goal:.6g} s: {why}; "
-            f"the largest unbalanced force, {rest[worst]:.3g} N, is on {self._problem.named(worst)}. Displacements are "
-            "those of the last equilibrium. Take smaller load steps or more cuts, prescribe displacements in place of "
+            f"the largest unbalanced force, {rest[worst]:.3g} N, is on {self._problem.named(worst)}. Displacements and "
+            "bonds are those of the last equilibrium. Take smaller load steps or more cuts, prescribe displacements in place of "
             f"loads, or look at what holds this node. The last attempts:\n  {tried}"
         )
         error.history = list(self.history)

@@ -49,8 +49,14 @@ class Lowered:
             self._begin(matrix, fixed)
         self._matrix = matrix
         known = np.where(fixed, goal, 0.0)
+        if fixed.all():
+            return known
         rhs = np.where(fixed, 0.0, loads - matrix @ known)
         return known + self._inverse(rhs)
+
+    def forget(self) -> None:
+        """The next solution begins with a factorisation."""
+        self._fixed = None
 
     def _begin(self, matrix: csr_array, fixed: NDArray[np.bool_]) -> None:
         self._solver.forget()

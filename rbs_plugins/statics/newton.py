@@ -45,7 +45,7 @@ class Newton(LoadSteps):
     Raises:
         BadInput: on forces or boundaries that do not fit; at the start of the run on a piece that nothing holds.
         NotConverged: if no equilibrium is found, with the history and the node with the largest unbalanced force.
-            Displacements are those of the last equilibrium then, and nothing behind this relation has been done.
+            Displacements and bonds are those of the last equilibrium then, and nothing behind this has been done.
 
     A step of the clock is a load step: loads and prescribed displacements are those of its end. In one where no
     equilibrium is found, steps in between are taken. Bonds do not fail, and internal states do not advance, while an

@@ -37,7 +37,8 @@ class Problem:
         parts: in the order of the unknowns.
         forces: with their feeders, in order.
         loads, motions: the boundaries, sorted.
-        size: number of unknowns; number i·d + k of a part is component k of its node i, behind those of earlier parts.
+        size: number of unknowns, once attached; number i·d + k of a part is component k of its node i, behind those of
+            earlier parts.
         u: (size,) displacement, m.
         fixed: (size,) bool, prescribed unknowns of this step.
 
@@ -50,6 +51,7 @@ class Problem:
     ) -> None:
         self._owner, self.parts = owner, list(parts)
         self._check(forces, boundaries)
+        self.size = 0  # until attached
         self.given = list(forces)
         self.forces = with_feeders(forces)
         self.motions = [each for each in boundaries if isinstance(each, BoundaryDomain) and each.moves]
@@ -107,7 +109,7 @@ class Problem:
         made = dict.fromkeys(key for each in self.owned for key in each.keys("writes", "adds"))
         self._sums = [host.raw(field) for host, field in made]
         breaking = dict.fromkeys(key for each in self.forces for key in each.keys("updates") if key[1] == intact)
-        self._breaking = [host.raw(field) for host, field in breaking]
+        self._breaking = [host for host, _ in breaking]
         self.take()
 
     @property
@@ -192,7 +194,7 @@ class Problem:
 
     def holding(self) -> int:
         """Number of directed bonds that hold, among those that can fail."""
-        return sum(_count(array) for array in self._breaking)
+        return sum(_holding(host) for host in self._breaking)
 
     def pull(self, relations: Sequence[Relation], clock: Clock) -> None:
         """Sums some of the forces and loads in the parts, damage held, for the displacements that the parts have.
@@ -201,6 +203,11 @@ class Problem:
         """
         self._hold(True)
         self._sum(relations, clock)
+
+    def push(self, forces: Vector) -> None:
+        """Adds forces (size,), N, to the force density of the parts."""
+        for part, place in self.places.items():
+            self._fields[part][1].reshape(-1)[:] += forces[place] / self.volumes[place]
 
     def _hold(self, hold: bool) -> None:
         for each in self.owned:
@@ -225,11 +232,12 @@ class Problem:
         return np.concatenate([self._fields[part][1].reshape(-1) for part in self.parts]) * self.volumes
 
 
-def _count(array: NDArray[np.generic]) -> int:
-    """Bonds that hold: one byte each in a list, one bit each in a lattice."""
-    if array.dtype.itemsize == 1:
+def _holding(host: Host) -> int:
+    """Directed bonds that hold: one byte each in a list, one bit for both directions in a lattice."""
+    array = host.raw(intact)
+    if host.bonds.storage == "list":
         return int(np.count_nonzero(array))
-    return int(np.unpackbits(array.view(np.uint8)).sum(dtype=np.int64))
+    return 2 * int(np.unpackbits(array.view(np.uint8)).sum(dtype=np.int64))
 
 
 def clock_at(clock: Clock, time: float, dt: float) -> Clock:

@@ -28,6 +28,7 @@ from rbs_plugins.statics.supports import loose_pieces, require_supports
 
 Failing = list[tuple[Host, NDArray[np.int64]]]  # bonds of hosts
 
+BALANCE = 1e-6  # unbalanced force over the largest, above which a solution is none
 GONE = 1e-9  # share of the first stiffness below which nothing carries any load
 
 
@@ -151,11 +152,12 @@ class SequentiallyLinear(Statics):
         self.finished = False
         self._critical: Failing = []
         self._since: list[Failing] = []
+        self._first = 0.0  # work of the first equilibrium, J
         self._resumed = False
 
     def state(self) -> dict[str, Any]:
         """The bonds that fail next, and those that have failed since the stiffness was factorised."""
-        kept: dict[str, Any] = {"finished": self.finished, "since": len(self._since)}
+        kept: dict[str, Any] = {"finished": self.finished, "since": len(self._since), "first": self._first}
         for number, events in enumerate([*self._since, self._critical]):
             for place, force in enumerate(self._failing):
                 mine = [bonds for host, bonds in events if host is force.host]
@@ -163,7 +165,7 @@ class SequentiallyLinear(Statics):
         return kept
 
     def restore(self, state: dict[str, Any]) -> None:
-        self.finished = bool(state["finished"])
+        self.finished, self._first = bool(state["finished"]), float(state["first"])
         events: list[Failing] = [
             [(force.host, np.asarray(state[f"event {n} {k}"])) for k, force in enumerate(self._failing)]
             for n in range(int(state["since"]) + 1)
@@ -177,8 +179,8 @@ class SequentiallyLinear(Statics):
         solver = LinearSolver(self._K, "direct", self.part.dimension, self.label)
         self._lowered = Lowered(self._K, solver)
         self._bonds = [BondLimits(force, self.raw((force.host, intact)), self._problem) for force in self._failing]
-        self._first = 0.0
-        self._supported = False
+        self._supported, self._resumed = False, bool(self._since)
+        self._factor, self._loads = 0.0, np.zeros(self._problem.size)
 
     def begin(self, clock: Clock) -> None:
         self._problem.take()
@@ -187,8 +189,7 @@ class SequentiallyLinear(Statics):
 
     def apply(self, clock: Clock) -> None:
         problem = self._problem
-        for part in problem.parts:
-            self[part, load_factor][...] = 0.0
+        self._factor = 0.0
         if not self.finished:
             if self._resumed:
                 self._redo(clock)
@@ -199,7 +200,11 @@ class SequentiallyLinear(Statics):
         if self.finished:
             problem.u[...] = 0.0
             clock.end()
-        problem.balance(clock_at(clock, 0.0, clock.dt))  # forces of the scaled displacement, for measures
+        for part in problem.parts:
+            self[part, load_factor][...] = self._factor
+        problem.give()  # forces of the scaled displacement and scaled loads, for measures
+        problem.pull(problem.forces, clock_at(clock, 1.0, clock.dt))
+        problem.push(self._factor * self._loads)
 
     def _set(self, events: Failing, holds: int) -> None:
         for host, bonds in events:
@@ -228,6 +233,7 @@ class SequentiallyLinear(Statics):
         """The next equilibrium."""
         problem = self._problem
         goal, loads, unit = self._posed(clock)
+        self._loads = loads
         if not self._supported:
             require_supports(problem, self.label)
             self._supported = True
@@ -235,26 +241,40 @@ class SequentiallyLinear(Statics):
             self._end("what carries the load has fallen apart")
             return
         try:
-            u = self._lowered.solve(loads, np.nan_to_num(goal), problem.fixed)
+            u, inner = self._solved(goal, loads, unit)
         except Singular as error:
             self._end(str(error))
             return
-        if self._lowered.fresh:
-            self._since = []
-        problem.u[...] = u
-        inner, _ = problem.balance(unit)
         work = float(np.dot(loads, u) - np.dot(inner[problem.fixed], u[problem.fixed]))
-        self._first = self._first or abs(work)
         reached = [each.shares(u) for each in self._bonds]
         most = max((float(share.max(initial=0.0)) for share in reached), default=0.0)
         if abs(work) <= GONE * self._first or not most > 0:
             self._end("no bond that can fail carries any load")
             return
-        factor = 1.0 / most
+        self._first = self._first or abs(work)
+        self._factor = factor = 1.0 / most
         problem.u[...] = factor * u
-        for part in problem.parts:
-            self[part, load_factor][...] = factor
         self._mark(reached, most, factor, work)
+
+    def _solved(self, goal: Vector, loads: Vector, unit: Clock) -> tuple[Vector, Vector]:
+        """Displacements under the whole load, and the forces on all nodes then, N.
+
+        Raises:
+            Singular: if there is no equilibrium.
+        """
+        problem = self._problem
+        while True:
+            u = self._lowered.solve(loads, np.nan_to_num(goal), problem.fixed)
+            if self._lowered.fresh:
+                self._since = []
+            problem.u[...] = u
+            forces, internal = problem.balance(unit)
+            rest, size = np.linalg.norm(forces[~problem.fixed]), max(internal, float(np.linalg.norm(loads)))
+            if rest <= BALANCE * size:
+                return u, forces
+            if self._lowered.fresh:
+                raise Singular("what carries the load has become a mechanism")
+            self._lowered.forget()
 
     def _mark(self, reached: Sequence[NDArray[np.float64]], most: float, factor: float, work: float) -> None:
         """Remembers the bonds that are at their limit."""
@@ -279,5 +299,10 @@ class SequentiallyLinear(Statics):
         return True
 
     def _end(self, why: str) -> None:
+        if not self._first:
+            raise BadInput(
+                f"{self.label}: there is no first equilibrium: {why}: look at what the boundaries prescribe at time 1 s, "
+                "and at which bonds may fail (compression, within=)"
+            )
         self.finished = True
         log.info("%s: %s; the path ends with %d equilibria", self.label, why, len(self.history))

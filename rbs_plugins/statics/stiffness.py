@@ -47,9 +47,18 @@ class Stiffness:
         self.shift: Vector | None = None
 
     def update(self) -> None:
-        """Follows the present state."""
+        """Follows the present state; what does not depend on displacements is found at rest, whenever it is asked for.
+
+        So it is the same to the bit in a run that is resumed.
+        """
+        problem, u = self._problem, self._problem.u.copy()
+        if self.constant:
+            problem.u[...] = 0.0
+        problem.give()
         for each in self._tangents:
             each.update()
+        problem.u[...] = u
+        problem.give()
 
     def multiply(self, v: Vector, out: Vector) -> None:
         """Out = K v."""

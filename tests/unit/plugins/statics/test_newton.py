@@ -133,6 +133,35 @@ def test_the_work_of_supports_and_loads_is_the_strain_energy():
     assert float(part[work]) == pytest.approx(held, rel=1e-9)
 
 
+class Work(rbs.Measure):
+    """Lets the work be followed."""
+
+    reads, stays = (external_work,), True
+
+
+def test_work_is_that_of_the_path_also_where_bonds_fail_and_a_run_is_resumed(tmp_path):
+    """Supports that have moved before bonds fail have worked against all of them; work is half of force times way."""
+
+    def scene(pieces, resume=None):
+        part = bar()
+        part.bonds.cut(rbs.Segment([1.0, -0.1], [1.0, 0.3]))
+        force = BondBased(part, E, CriticalStretch(0.008), linear=True)
+        newton = Newton(part, force, ends(part, displacement=[lambda time: 0.012 * time, 0.0]))
+        saved = rbs.Checkpoint(tmp_path / "saved.npz", when=rbs.every(1))
+        analysis = Analysis([newton, Work(part), saved], steps=2)
+        for steps in pieces:
+            analysis.run(steps=steps, resume=resume, progress=False)
+        return float(part[external_work]), newton
+
+    once, newton = scene([2])
+    assert sum(each.broken for each in newton.history if each.time == 1.0) > 0
+    assert scene([1, 2])[0] == once
+    half, newton = scene([1])
+    assert not any(each.broken for each in newton.history)
+    assert once == pytest.approx(4.0 * half, rel=1e-9)
+    assert scene([2], resume=tmp_path / "saved.npz")[0] == once
+
+
 def test_a_factor_may_be_used_again():
     (full, newton), (reused, modified) = bent(bar(), steps=6), bent(bar(), steps=6, reuse=0.3)
     assert modified._solver.factorised < 0.8 * newton._solver.factorised
@@ -225,6 +254,19 @@ def test_bonds_fail_until_none_does_at_the_same_load():
     y = part.positions + u
     stretch = np.linalg.norm(y[neighbors] - y[i], axis=1) * part.bonds.inverse_lengths - 1
     assert stretch[part.bonds.intact].max() <= 0.01
+
+
+def test_bonds_of_an_attempt_that_is_given_up_are_as_before():
+    part = bar()
+    part.bonds.cut(rbs.Segment([1.0, -0.1], [1.0, 0.3]))
+    force = BondBased(part, E, CriticalStretch(0.01))
+    newton = Newton(part, force, ends(part, force=[lambda time: 4e6 * time, 0.0]), rebalance=1, cuts=4)
+    before = part.bonds.intact.copy()
+    with pytest.raises(NotConverged, match=r"bonds went on failing, 1 times.*Displacements and bonds are those of"):
+        Analysis([newton], steps=1).run(progress=False)
+    assert newton.history[0].broken > 0
+    assert newton.history[2].broken == 0, "at half of the load all bonds are there again, and hold"
+    assert np.array_equal(part.bonds.intact, before)
 
 
 def test_a_piece_that_has_broken_off_stays_where_it_is():

@@ -90,6 +90,17 @@ def test_the_bonds_that_fail_are_those_of_newton():
     np.testing.assert_allclose(u, other, atol=1e-8)
 
 
+@pytest.mark.parametrize("storage", ["list", "lattice"])
+def test_bonds_that_fail_are_counted_in_both_directions(storage):
+    part = rbs.Part("bar", rbs.Box.between(0.0, 1.2)).discretize(0.1, area=1e-4).connect(0.2, storage=storage)
+    solver = AdaptiveDynamicRelaxation(part, BondBased(part, E, CriticalStretch(1e-3)))
+    rbs.Analysis([solver]).prepare()
+    before = solver._problem.holding()
+    assert before == len(part.bonds)
+    part.bonds.cut(rbs.Plane([0.6], [1.0]))
+    assert before - solver._problem.holding() == 2 * 3
+
+
 def test_a_lattice_and_dynamics_that_have_died_down_agree_with_it():
     part, force, ends = plate("lattice", 6)
     relaxed(part, force, ends, tolerance=1e-9)

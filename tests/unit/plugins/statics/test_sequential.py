@@ -97,6 +97,47 @@ def test_a_force_is_scaled_as_well():
     assert part[reaction_force][0] == pytest.approx(-1e5 * solver.history[-1].factor, rel=1e-9)
 
 
+def test_loads_on_supports_are_scaled_and_the_path_ends_at_a_mechanism():
+    """Body forces act on supports, too, and do not depend on time; behind the last event a hinge is left."""
+    part, force, left, _ = notched()
+    weight = BoundaryDomain(part, rbs.Everywhere(), body_force=[1e5, 0.0])
+    solver, reaction = SequentiallyLinear(part, force, [left, weight]), ReactionForce(part, left)
+    found = []
+
+    class Path(rbs.Measure):
+        reads, stays = (reaction_force, load_factor), True
+
+        def apply(self, clock):
+            found.append((float(self[load_factor]), float(self[reaction_force][0])))
+
+    run(part, solver, reaction, Path(part))
+    assert solver.finished
+    factors, forces = np.array(found).T
+    assert forces == pytest.approx(-1e5 * 2.4 * factors, rel=1e-6)
+
+
+def test_a_run_in_pieces_is_the_same_to_the_bit():
+    found = []
+    for pieces in ((8,), (3, 8)):
+        part, force, left, right = notched()
+        solver = SequentiallyLinear(part, force, [left, BoundaryDomain(part, right, force=[1e5, 0.0])])
+        analysis = Analysis([solver], dt=1.0)
+        for steps in pieces:
+            analysis.run(steps=steps, progress=False)
+        found.append(part[displacement].copy())
+    assert np.array_equal(*found)
+
+
+def test_everything_may_be_prescribed_but_not_nothing():
+    part, force, left, right = notched()
+    stretched = BoundaryDomain(part, rbs.Everywhere(), displacement=lambda time, X: (1e-3 * time * X[:, 0], 0.0))
+    solver = SequentiallyLinear(part, force, stretched)
+    run(part, solver, steps=1)
+    assert solver.history[0].factor == pytest.approx(1.0)
+    with pytest.raises(BadInput, match="no first equilibrium: no bond that can fail carries any load"):
+        run(part, SequentiallyLinear(part, force, [left, BoundaryDomain(part, right, force=[0.0, 0.0])]), steps=1)
+
+
 def test_what_it_cannot_do_is_refused():
     part, force, left, _ = notched()
     with pytest.raises(BadInput, match="is not linear: make it with linear=True, or take Newton"):
