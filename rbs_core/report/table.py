@@ -124,7 +124,7 @@ class Report:
             return ""
         large = [each for each in self.memory[:MOST] if each.nbytes >= LEAST * self.nbytes]
         rows = [(each.owner, each.name, each.at, as_text(each.nbytes)) for each in large]
-        widths = [max(6, *(len(row[column]) for row in rows)) for column in range(3)]
+        widths = [max([6, *(len(row[column]) for row in rows)]) for column in range(3)]
         lines = ["   " + "  ".join(f"{word:<{w}}" for word, w in zip(("of", "what", "at"), widths, strict=True))]
         lines[0] += "      memory"
         for row in rows:

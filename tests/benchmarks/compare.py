@@ -13,7 +13,7 @@ MOVED = 0.10
 ROWS = [
     ("scene", "plate", "503", "lattice"), ("scene", "plate", "503", "lattice", "single"),
     ("scene", "plate", "503", "list"), ("scene", "cube", "60", "lattice"), ("scene", "cube", "60", "list"),
-    ("law", "300"), ("parts", "500"), ("frame", "503"), ("case", "500"),
+    ("law", "300"), ("parts", "bond-based", "500"), ("frame", "503"), ("case", "500"),
 ]  # fmt: skip
 QUICK = [("scene", "plate", "60", "lattice"), ("scene", "plate", "60", "list")]
 ROUNDS = 3

@@ -14,6 +14,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -42,12 +43,21 @@ def body(
     return part, seconds[0], seconds[-1]
 
 
-def brittle(part: rbs.Part) -> rbs.Relation:
+def brittle(part: rbs.Part, model: str = "bond-based") -> Any:
     """The force that is measured: bonds may break, none does, and nothing is skipped."""
-    from rbs_plugins import BondBased, CriticalStretch
+    from rbs_plugins import BondBased, Correspondence, CriticalStretch, OrdinaryStateBased
+    from rbs_plugins.constitutive.stress import saint_venant_kirchhoff
 
+    steel = {"E": 192e9, "fracture": CriticalStretch(0.04472)}
     active = False if part.bonds.storage == "lattice" else None
-    return BondBased(part, E=192e9, fracture=CriticalStretch(0.04472), active=active)
+    if model == "correspondence":
+        plane = {"plane": "strain"} if part.dimension == 2 else {}
+        return Correspondence(part, saint_venant_kirchhoff, nu=0.3, **steel, **plane)
+    return (
+        OrdinaryStateBased(part, nu=0.2, active=active, **steel)
+        if model == "ordinary"
+        else BondBased(part, active=active, **steel)
+    )
 
 
 def shake(part: rbs.Part) -> None:
@@ -57,7 +67,7 @@ def shake(part: rbs.Part) -> None:
     part[displacement] = 1e-3 * SPACING * np.random.default_rng(0).standard_normal(part.positions.shape)
 
 
-def of_force(force: rbs.Relation, repeats: int, figures: Figures) -> None:
+def of_force(force: Any, repeats: int, figures: Figures) -> None:
     """Adds best, median and largest seconds of the loop over bonds, for one thread and for all."""
     import numba
     from machine import sample
@@ -142,37 +152,7 @@ def law(size: str) -> Figures:
     return {**figures, "ratio": figures["users_best"] / figures["built_in_best"]}
 
 
-def correspondence(what: str, size: str, storage: str) -> Figures:
-    """The passes of a correspondence model with breaking bonds, and its whole step, of a plate or cube; seconds."""
-    import numba
-    from machine import sample
-
-    from rbs_plugins import Correspondence, CriticalStretch, VelocityVerlet
-    from rbs_plugins.constitutive.stress import saint_venant_kirchhoff
-    from rbs_plugins.fields import displacement, velocity
-
-    dimension, n = DIMENSION[what], int(size)
-    part, *_ = body((n,) * dimension, storage)
-    plane = {"plane": "strain"} if dimension == 2 else {}
-    force = Correspondence(part, saint_venant_kirchhoff, CriticalStretch(0.04472), E=192e9, nu=0.3, **plane)
-    figures: Figures = {"nodes": len(part), "bonds": len(part.bonds)}
-    with rbs.Analysis(VelocityVerlet(part).step([force])) as analysis:
-        begin = time.perf_counter()
-        dt = 0.5 * analysis.stable_dt()
-        figures["prepare"] = time.perf_counter() - begin
-        shake(part)
-        force.begin(analysis.clock)
-        for threads in sorted({1, os.cpu_count() or 1}):
-            numba.set_num_threads(threads)
-            for name in ("failure", "stress", "force"):
-                figures[f"{name}_{threads}_best"] = sample(getattr(force._loops, f"_{name}"), 7)["best"]
-        part[displacement] = 0.0
-        part[velocity] = 1e-3 * np.random.default_rng(1).standard_normal(part.positions.shape)
-        figures.update(of_steps(analysis, dt, int(np.clip(3e7 / len(part.bonds), 2, 50))))
-    return figures
-
-
-def parts(count: str, columns: str = "25", rows: str = "20") -> Figures:
+def parts(model: str, count: str, columns: str = "25", rows: str = "20") -> Figures:
     """A step of many small parts, and of one with as many nodes; seconds."""
     from rbs_plugins import VelocityVerlet
     from rbs_plugins.fields import velocity
@@ -183,7 +163,7 @@ def parts(count: str, columns: str = "25", rows: str = "20") -> Figures:
         for k in range(number):
             part, *_ = body(shape, name=f"part {k}")
             part[velocity] = 1e-3 * np.random.default_rng(k).standard_normal(part.positions.shape)
-            relations += VelocityVerlet(part).step([brittle(part)])
+            relations += VelocityVerlet(part).step([brittle(part, model)])
         analysis = rbs.Analysis(relations)
         dt = 0.5 * analysis.stable_dt()
         made = time.perf_counter() - begin
@@ -303,8 +283,9 @@ def case(size: str) -> Figures:
 def main() -> None:
     row, *arguments = sys.argv[1:]
     from equilibria import equilibrium
+    from solids import solid
 
-    rows = [limits, law, correspondence, parts, frame, exporters, case, scene, equilibrium]
+    rows = [limits, law, solid, parts, frame, exporters, case, scene, equilibrium]
     print(json.dumps({each.__name__: each for each in rows}[row](*arguments)))
 
 

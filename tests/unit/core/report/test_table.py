@@ -110,6 +110,12 @@ def test_the_table_of_memory():
     assert Report().memory_table() == ""
 
 
+def test_many_small_shares_of_memory_are_one_sum():
+    """Each of 2,000 parts has less than a row of the table is worth."""
+    many = Report(memory=[Held(f"part {n}", "volume", "node", 1000) for n in range(2000)], nbytes=2_000_000)
+    assert many.memory_table().splitlines()[-1].split() == ["and", "2000", "more", "2", "MB"]
+
+
 def test_a_long_table_of_memory_ends_with_a_sum():
     many = Report(memory=[Held(f"part {n}", "volume", "node", 1000) for n in range(25)], nbytes=25_000)
     lines = many.memory_table().splitlines()
