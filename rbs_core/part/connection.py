@@ -223,10 +223,15 @@ class Connection(Host):
                 f"'{self.ends[-1].name}' are both at {positions[here[wrong]].tolist()} (world): move one, or leave the "
                 "bond out with where="
             )
-        rows = Rows(self.name, positions, (offsets, directed[:, 1].astype(np.uint32), 1.0 / lengths), "float64")
+        rows = Rows(
+            f"connection '{self.name}'",
+            positions,
+            (offsets, directed[:, 1].astype(np.uint32), 1.0 / lengths),
+            "float64",
+        )
         horizon = float(lengths.max(initial=0.0)) if self.horizon is None else self.horizon
         self._made += 1
-        self._bonds = Bonds(self.name, positions, horizon, rows, chosen=True)
+        self._bonds = Bonds(f"connection '{self.name}'", positions, horizon, rows, chosen=True)
 
     # -- as every host ----------------------------------------------------------------------------------------------
 

@@ -56,12 +56,12 @@ def families(
         return _of_cloud(owner, positions, reach, real)
     if storage == "lattice" or (storage is None and len(cells) >= FILLED * len(grid)):
         require_lattice(owner, grid.shape, reach / grid.spacing * (1 + TOLERANCE))
-        return Lattice(owner, positions, cells, grid.shape, grid.spacing, reach, real)
+        return Lattice(f"part '{owner}'", positions, cells, grid.shape, grid.spacing, reach, real)
     from rbs_core.part import search  # numba is loaded when first needed, not by the import of the package
 
     require_rows(owner, positions, reach)
     rows = search.lattice_rows(positions, cells, grid.shape, grid.spacing, reach)
-    return Rows(owner, positions, rows, real)
+    return Rows(f"part '{owner}'", positions, rows, real)
 
 
 def _of_cloud(owner: str, positions: NDArray[np.float64], horizon: float, real: str) -> Rows:
@@ -76,7 +76,7 @@ def _of_cloud(owner: str, positions: NDArray[np.float64], horizon: float, real: 
             f"part '{owner}': nodes {node} and {rows[1][together[0]]} are at the same place "
             f"{positions[node].tolist()}: remove one"
         )
-    return Rows(owner, positions, rows, real)
+    return Rows(f"part '{owner}'", positions, rows, real)
 
 
 def left_out(name: str, where: Predicate) -> Crosses:

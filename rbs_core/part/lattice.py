@@ -28,7 +28,7 @@ class Lattice(Storage):
     """The lattice representation.
 
     Args:
-        owner: name of the part, for messages.
+        owner: whose they are, for messages: "part 'plate'".
         positions: (n, d) reference positions, m.
         cells: (n,) ascending numbers (x fastest) of the cells that hold nodes.
         shape: cells per axis.
@@ -70,7 +70,7 @@ class Lattice(Storage):
         self.width = 8 if len(self.steps) <= 8 else 16  # a loop loads a word of each cell for every step
         self.present = self._all_bits()
         self._length = self.count(self.present)
-        self.fields: LatticeFields = LatticeFields(self, f"part '{owner}'", real)
+        self.fields: LatticeFields = LatticeFields(self, owner, real)
 
     def _all_bits(self) -> Bits:
         """Bits between all cells that hold nodes."""

@@ -23,14 +23,14 @@ from rbs_core.part.rows import Rows
 from rbs_core.part.storage import Crosses, Of, Storage
 
 Crossing = Surface | Crosses
-NO_CROSSING = "no bond crosses it; check where it lies, in the local coordinates of the part (m)"
+NO_CROSSING = "no bond crosses it; check where it lies, in local coordinates of the part, of the world for a connection (m)"
 
 
 class Bonds:
     """The directed bonds of a part.
 
     Args:
-        owner: name of the part, for messages.
+        owner: whose they are, for messages: "part 'plate'".
         positions: (n, d) reference positions, m.
         horizon: radius of a family, m.
         stored: the representation.
@@ -160,7 +160,7 @@ class Bonds:
         return gone
 
     def _warn(self, text: str) -> None:
-        warnings.warn(f"part '{self._owner}': bonds.{text}", stacklevel=3)
+        warnings.warn(f"{self._owner}: bonds.{text}", stacklevel=3)
 
     def _crosses(self, surface: Crossing) -> tuple[Crosses, NDArray[np.bool_]]:
         """The function that tells whether bonds cross, and the nodes near enough to ask."""
@@ -196,13 +196,13 @@ class Bonds:
             return
         if self.chosen:
             raise BadInput(
-                f"{who} needs the bonds of part '{self._owner}' as list, and they are stored as lattice: "
+                f"{who} needs the bonds of {self._owner} as list, and they are stored as lattice: "
                 "part.connect(horizon, storage='list'), or leave storage out"
             )
         lattice = self.stored
         require_memory(
             float(CONVERTED * len(lattice)),
-            f"part '{self._owner}': its bonds as list, for {who}",
+            f"{self._owner}: its bonds as list, for {who}",
             "use relations that can work with a lattice, take a smaller horizon or a larger spacing",
         )
         rows = (*lattice.as_rows(), lattice.inverse_lengths())

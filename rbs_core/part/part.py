@@ -231,7 +231,7 @@ class Part(Discretized):
             stored.remove(left_out(self.name, where), np.ones(len(positions), np.bool_))
         positions.flags.writeable = False  # the bonds hold lengths that were measured here
         self._made = (self._made[0], self._made[1] + 1)
-        self._bonds = Bonds(self.name, positions, float(horizon), stored, storage is not None, radius)
+        self._bonds = Bonds(f"part '{self.name}'", positions, float(horizon), stored, storage is not None, radius)
         self._warn_of_lonely_nodes()
         return self
 

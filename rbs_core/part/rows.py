@@ -22,7 +22,7 @@ class Rows(Storage):
     """The list representation.
 
     Args:
-        owner: name of the part, for messages.
+        owner: whose they are, for messages: "part 'plate'".
         positions: (n, d) reference positions, m.
         rows: offsets, neighbors, inverse lengths, as the search returns them.
         real: type of bond fields of real numbers.
@@ -42,7 +42,7 @@ class Rows(Storage):
     ) -> None:
         self._positions = positions
         self._offsets, self._neighbors, self.inverse = rows
-        self.fields = FieldStore(f"part '{owner}'", "bond", len(self._neighbors), positions.shape[1], real)
+        self.fields = FieldStore(owner, "bond", len(self._neighbors), positions.shape[1], real)
 
     def __len__(self) -> int:
         return len(self._neighbors)

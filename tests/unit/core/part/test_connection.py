@@ -118,6 +118,8 @@ def test_bonds_are_cut_in_the_world():
     connection = Connection(*two(), horizon=2.0)
     assert connection.bonds.cut(rbs.Point(4.0)) == 6
     assert not connection.bonds.intact.any()
+    with pytest.warns(UserWarning, match=r"connection 'left to right': bonds\.cut\(.*broken before"):
+        connection.bonds.cut(rbs.Point(4.0))
 
 
 def test_parts_may_overlap():
