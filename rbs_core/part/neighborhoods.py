@@ -23,7 +23,7 @@ from rbs_core.part.rows import Rows
 from rbs_core.part.storage import Crosses, Of, Storage
 
 Crossing = Surface | Crosses
-NO_CROSSING = "no bond crosses it; check where it lies, in local coordinates of the part, of the world for a connection (m)"
+NO_CROSSING = "no bond crosses it; check where it lies (m), in local coordinates of a part or in the world"
 
 
 class Bonds:
