@@ -186,3 +186,26 @@ def test_extension(tmp_path):
         assert by_factor[1] < min(by_factor[0], by_factor[2])
     found = error(n=51, m=2.015, factor=0.3)
     assert found["gradient_error_inside"] < 0.03 * 1.61334, "1 % was hoped for: edges disturb"
+
+
+@pytest.mark.verify
+def test_cantilever_by_relaxation(tmp_path):
+    """Table 4.2: explicit and implicit the same; implicit is faster."""
+    beam = {"case": "cantilever", "rows": 5, "m": 1.015, "on_edges": True}
+    newton = run("hashim_beams", tmp_path / "newton", **beam)
+    relaxed = run("hashim_beams", tmp_path / "relaxed", **beam, solver="relaxation", tolerance=1e-8)
+    assert relaxed["v_over_length"] == pytest.approx(newton["v_over_length"], rel=1e-5)
+    assert relaxed["solving_s"] > 3 * newton["solving_s"]
+
+
+@pytest.mark.verify
+def test_notched_cantilever(tmp_path):
+    """No bond fails up to 4.2 kN; at 4.8 kN damage at the notch is in equilibrium; at 5.4 kN it is through."""
+    beam = {"case": "notched", "factor": 0.315, "printed": True}
+    found = run("hashim_beams", tmp_path / "whole", **beam)
+    loads = [load for load, _ in found["broken"]]
+    assert min(loads) == pytest.approx(4800)
+    assert max(loads) == pytest.approx(5400)
+    assert found["v_over_length"][6] == pytest.approx(0.120, abs=0.001)
+    begun = run("hashim_beams", tmp_path / "begun", **beam, share=0.8, steps=8)
+    assert np.abs(np.array(begun["cracked_x_m"]) - 1.0).max() < 0.4
