@@ -23,7 +23,7 @@ PLASTIC = {"law": stress.j2_plasticity, "yield_stress": 5e6, "hardening": 1e9}
 SLOW = pytest.mark.verify
 CASES = [
     (1, "list", PLASTIC, (plastic_strain, equivalent_plastic_strain)),
-    (1, "list", {"fracture": CriticalStretch(5e-4)}, (intact,)),
+    pytest.param(1, "list", {"fracture": CriticalStretch(5e-4)}, (intact,), marks=SLOW),
     pytest.param(1, "list", {"fracture": BondSoftening(5e-4, 5e-3)}, (intact, largest_stretch), marks=SLOW),
     pytest.param(2, "lattice", PLASTIC, (plastic_strain, equivalent_plastic_strain), marks=SLOW),
     pytest.param(2, "lattice", {"fracture": CriticalStretch(5e-4)}, (intact,), marks=SLOW),
