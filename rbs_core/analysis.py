@@ -270,7 +270,12 @@ class Analysis:
         if dt is None and self.clock.step:
             dt = self.clock.dt
         planned = self.steps or steps
-        if dt is None and limit is None and planned and any(each.role == "statics" for each in self._relations):
+        if dt is None and limit is None and any(each.role == "statics" for each in self._relations):
+            if not planned:
+                raise BadInput(
+                    "say how many load steps: steps=..., where the time goes from 0 to 1 and is the share of loads; or "
+                    "give dt"
+                )
             dt = 1.0 / planned
         if dt is None:
             if limit is None:

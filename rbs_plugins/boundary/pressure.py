@@ -68,6 +68,8 @@ class Pressure(Boundary):
             raise BadInput(f"{self.label}: no node lies in {region!r}: check the region or the spacing")
         if area is not None and not (np.isfinite(area) and area > 0):
             raise BadInput(f"{self.label}: area={area} must be positive and finite")
+        if area is None and part.spacing is None:
+            raise BadInput(f"{self.label}: part '{part.name}' has no spacing that gives the area of a node: give area=")
         places = part.positions[self.nodes]
         given = [pressure] if part.dimension == 1 else [pressure, *[None] * (part.dimension - 1)]
         self._values = Values(f"{self.label}, pressure", given, places, steady=True)

@@ -18,7 +18,7 @@ from rbs_plugins.boundary.domain import BoundaryDomain
 from rbs_plugins.constitutive.bond_based import BondBased
 from rbs_plugins.fields import displacement, external_work, volume
 from rbs_plugins.statics.kept import Kept
-from rbs_plugins.statics.problem import Problem, Vector, as_list, clock_at
+from rbs_plugins.statics.problem import Problem, Vector, as_list, clock_at, first_part
 from rbs_plugins.statics.supports import loose_pieces, require_supports
 
 LEAST = 1e-3  # internal forces below this share of the largest ones count as that
@@ -110,7 +110,7 @@ class LoadSteps(Statics):
         when: Trigger = always,
     ) -> None:
         every: list[Any] = as_list(parts)
-        super().__init__(every[0], when=when)
+        super().__init__(first_part(type(self).__name__, every), when=when)
         if not 0 < tolerance < 1:
             raise BadInput(f"{self.label}: tolerance={tolerance} must lie between 0 and 1")
         if iterations < 1 or cuts < 0 or rebalance < 1:
@@ -203,7 +203,8 @@ class LoadSteps(Statics):
             try:
                 easy = self._level(clock_at(clock, goal, goal - now), now)
             except NoEquilibrium as why:
-                rest, self._problem.u[...], (self._largest, self._rest, self._held) = self._rest, u, own
+                rest, self._problem.u[...] = self._rest, u
+                self._largest, self._rest, self._held = own
                 if kept is not None and any(each.broken for each in self.history[tried:]):
                     kept.take_back(clock)
                     self._supported = None
@@ -291,8 +292,8 @@ class LoadSteps(Statics):
         error = NotConverged(
             f"step {clock.step}: {self.label} finds no equilibrium between {self._time:.6g} and {goal:.6g} s: {why}; "
             f"the largest unbalanced force, {rest[worst]:.3g} N, is on {self._problem.named(worst)}. Displacements and "
-            "bonds are those of the last equilibrium. Take smaller load steps or more cuts, prescribe displacements in place of "
-            f"loads, or look at what holds this node. The last attempts:\n  {tried}"
+            "bonds are those of the last equilibrium. Take smaller load steps or more cuts, prescribe displacements in "
+            f"place of loads, or look at what holds this node. The last attempts:\n  {tried}"
         )
         error.history = list(self.history)
         return error

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from rbs_core.trigger import Clock
 from rbs_plugins.statics.problem import Vector
 from rbs_plugins.statics.solvers import LinearSolver, Singular
 from rbs_plugins.statics.stiffness import Stiffness
@@ -35,13 +36,13 @@ class Lowered:
         self._fixed: NDArray[np.bool_] | None = None
         self.fresh = True
 
-    def solve(self, loads: Vector, goal: Vector, fixed: NDArray[np.bool_]) -> Vector:
+    def solve(self, loads: Vector, goal: Vector, fixed: NDArray[np.bool_], clock: Clock) -> Vector:
         """Displacements (size,) under loads (size,), N, where some are prescribed, m.
 
         Raises:
             Singular: if they are not determined.
         """
-        self._K.update()
+        self._K.update(clock)
         matrix = self._K.matrix().copy()
         same = self._fixed is not None and np.array_equal(fixed, self._fixed)
         self.fresh = not same or not self._change(matrix)

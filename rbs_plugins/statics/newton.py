@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -86,9 +87,22 @@ class Newton(LoadSteps):
     def attach(self) -> None:
         super().attach()
         self._K = Stiffness(self._problem, self.label)
-        self._solver = LinearSolver(self._K, self._solver_name, self.part.dimension, self.label)
-        self._solver.holds = any(host.bonds.has_broken for host in self._problem.hosts)
-        self._known = False  # whether K is that of the bonds that there are
+        slow = "_solver" in self.__dict__ and self._solver.slow
+        self._solver: LinearSolver = LinearSolver(self._K, self._solver_name, self.part.dimension, self.label)
+        self._solver.slow = slow
+        self._bonds_failed()
+
+    def reset(self) -> None:
+        super().reset()
+        if hasattr(self, "_solver"):
+            self._solver.slow = False
+
+    def state(self) -> dict[str, Any]:
+        return {**super().state(), "slow": self._solver.slow}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        super().restore(state)
+        self._solver.slow = bool(state["slow"])
 
     @property
     def solved(self) -> dict[str, int]:
@@ -101,7 +115,8 @@ class Newton(LoadSteps):
         return self._K.nbytes if hasattr(self, "_K") else 0
 
     def _bonds_failed(self) -> None:
-        self._known, self._solver.holds = False, True
+        self._known = False  # whether K is that of the bonds that there are
+        self._solver.holds = any(host.bonds.has_broken for host in self._problem.hosts)
 
     def _balanced(self, clock: Clock, goal: Vector) -> Search:
         residuals: list[float] = []
@@ -120,7 +135,7 @@ class Newton(LoadSteps):
         if norm <= self.tolerance and not moved:
             return None
         for number in range(self.iterations):
-            change = self._change(jump if moved and number == 0 else None, norm, residuals)
+            change = self._change(clock, jump if moved and number == 0 else None, norm, residuals)
             before = self._unbalanced
             problem.u += change
             last, norm = norm, self._residual(clock)
@@ -140,12 +155,12 @@ class Newton(LoadSteps):
         least = np.finfo(np.float64).eps * size * float(np.linalg.norm(self._K.diagonal()[free]))
         return float(np.linalg.norm(self._rest[free])) <= least
 
-    def _change(self, jump: Vector | None, norm: float, residuals: Sequence[float]) -> Vector:
+    def _change(self, clock: Clock, jump: Vector | None, norm: float, residuals: Sequence[float]) -> Vector:
         """Displacements that would balance everything if K were constant."""
         fixed = self._problem.fixed
         falling = len(residuals) > 1 and residuals[-1] <= self.reuse * residuals[-2]
         if not self._known or not (self._K.constant or (self._solver.has_factor and falling)):
-            self._K.update()
+            self._K.update(clock)
             self._solver.forget()
             self._known = True
         rhs = self._rest

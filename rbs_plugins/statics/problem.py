@@ -24,6 +24,29 @@ def as_list(given: object) -> list[object]:
     return list(given) if isinstance(given, list | tuple) else [given]
 
 
+def first_part(owner: str, parts: Sequence[object]) -> Part:
+    """The first of some parts.
+
+    Raises:
+        BadInput: if there is none, one is no part or is there twice, or they differ in dimension.
+    """
+    if not parts:
+        raise BadInput(f"{owner}: give a part, or a list of parts")
+    for number, part in enumerate(parts):
+        if not isinstance(part, Part):
+            raise BadInput(f"{owner}: {part!r} is no Part")
+        if part in parts[:number]:
+            raise BadInput(f"{owner}: part '{part.name}' is given twice")
+    first, *others = (part for part in parts if isinstance(part, Part))
+    for other in others:
+        if other.dimension != first.dimension:
+            raise BadInput(
+                f"{owner}: part '{first.name}' has dimension {first.dimension}, '{other.name}' has {other.dimension}: "
+                "take a solver for each"
+            )
+    return first
+
+
 class Problem:
     """The unknowns of a static solver, and the forces on them.
 
@@ -63,7 +86,14 @@ class Problem:
                 raise BadInput(f"{self._owner}: part '{part.name}' is in single precision, equilibria need double")
         if not forces:
             raise BadInput(f"{self._owner}: forces= is empty: give the constitutive relations")
-        for each in (*forces, *boundaries):
+        if not any(getattr(each, "role", None) == "constitutive" for each in forces):
+            raise BadInput(f"{self._owner}: forces= holds no constitutive relation, got {list(forces)!r}")
+        given = [*forces, *boundaries]
+        for number, each in enumerate(given):
+            if not isinstance(each, Relation):
+                raise BadInput(f"{self._owner}: {each!r} is no relation: list relations in forces= and boundaries=")
+            if each in given[:number]:
+                raise BadInput(f"{self._owner}: {each!r} is listed twice, and would act twice")
             moves = isinstance(each, BoundaryDomain) and each.moves
             adds = [host for host, field in each.keys("adds") if field == force_density]
             if not (moves or adds) or (moves and each in forces):

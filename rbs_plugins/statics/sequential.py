@@ -21,7 +21,7 @@ from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.fields import displacement, dissipation_density, intact, load_factor, volume
 from rbs_plugins.statics.bond_limits import BondLimits
 from rbs_plugins.statics.lowrank import Lowered
-from rbs_plugins.statics.problem import Problem, Vector, as_list, clock_at
+from rbs_plugins.statics.problem import Problem, Vector, as_list, clock_at, first_part
 from rbs_plugins.statics.solvers import LinearSolver, Singular
 from rbs_plugins.statics.stiffness import Stiffness
 from rbs_plugins.statics.supports import loose_pieces, require_supports
@@ -99,7 +99,7 @@ class SequentiallyLinear(Statics):
         when: Trigger = always,
     ) -> None:
         every: list[Any] = as_list(parts)
-        super().__init__(every[0], when=when)
+        super().__init__(first_part(type(self).__name__, every), when=when)
         self._problem = Problem(self.label, every, as_list(forces), as_list(boundaries))  # type: ignore[arg-type]
         self._check(self._problem.given)
         self.owns = self._problem.owned
@@ -213,13 +213,13 @@ class SequentiallyLinear(Statics):
     def _redo(self, clock: Clock) -> None:
         """Factorises again what had been factorised when the run was saved: then every bit comes out the same."""
         self._resumed, self._supported = False, True
-        goal, loads, _ = self._posed(clock)
+        goal, loads, unit = self._posed(clock)
         self._hold_loose(goal, loads)
         for event in self._since:
             self._set(event, 1)
         for event in [[], *self._since]:
             self._set(event, 0)
-            self._lowered.solve(loads, np.nan_to_num(goal), self._problem.fixed)
+            self._lowered.solve(loads, np.nan_to_num(goal), self._problem.fixed, unit)
 
     def _posed(self, clock: Clock) -> tuple[Vector, Vector, Clock]:
         """Prescribed displacements, loads, and the time for which they are."""
@@ -264,7 +264,7 @@ class SequentiallyLinear(Statics):
         """
         problem = self._problem
         while True:
-            u = self._lowered.solve(loads, np.nan_to_num(goal), problem.fixed)
+            u = self._lowered.solve(loads, np.nan_to_num(goal), problem.fixed, unit)
             if self._lowered.fresh:
                 self._since = []
             problem.u[...] = u
@@ -301,7 +301,7 @@ class SequentiallyLinear(Statics):
     def _end(self, why: str) -> None:
         if not self._first:
             raise BadInput(
-                f"{self.label}: there is no first equilibrium: {why}: look at what the boundaries prescribe at time 1 s, "
+                f"{self.label}: there is no first equilibrium: {why}: look at what boundaries prescribe at time 1 s, "
                 "and at which bonds may fail (compression, within=)"
             )
         self.finished = True

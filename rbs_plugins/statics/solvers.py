@@ -50,6 +50,7 @@ class LinearSolver:
         used: names of the solvers that have been used, with how often.
         factorised: how often a matrix has been factorised.
         iterations: of the last solution.
+        slow: whether conjugate gradients have given up before; "auto" does not try them again then.
 
     Raises:
         BadInput: on an unknown name.
@@ -68,7 +69,7 @@ class LinearSolver:
         self.iterations = 0
         self._gradients: Gradients | None = None
         self._factor: Any = None
-        self._slow = False  # whether conjugate gradients have failed before
+        self.slow = False
         self._kept: NDArray[np.bool_] | None = None  # what was prescribed in the factorised matrix
 
     @property
@@ -98,9 +99,10 @@ class LinearSolver:
                 return x
             if self._kind == "cg":
                 raise Singular(
-                    f"conjugate gradients did not converge in {self.iterations} iterations: take solver='direct'"
+                    f"conjugate gradients gave up after {self.iterations} iterations (the stiffness may be singular, "
+                    "or negative along some displacement): take solver='direct'"
                 )
-            self._slow = True
+            self.slow = True
             log.info("%s: conjugate gradients did not converge in %d iterations, factorising from now on",
                      self._owner, self.iterations)  # fmt: skip
             kind = "direct"
@@ -111,7 +113,7 @@ class LinearSolver:
     def _choose(self) -> str:
         if self._kind != "auto":
             return self._kind
-        if self._factor is not None or self._K.size <= SMALL or self._slow:
+        if self._factor is not None or self._K.size <= SMALL or self.slow:
             return "direct"
         if self._K.symmetric:
             return "cg"

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, dia_array
 
-from rbs_core import BadInput
+from rbs_core import BadInput, always
+from rbs_core.trigger import Clock
 from rbs_plugins.statics.problem import Problem, Vector
 
 
@@ -39,14 +40,14 @@ class Stiffness:
                 "AdaptiveDynamicRelaxation, which needs none"
             )
         following = [each for each in problem.loads if hasattr(each, "tangent")]
-        self._tangents: list[Any] = [each.tangent() for each in (*forces, *following)]  # type: ignore[attr-defined]
-        self._places = [np.concatenate([_numbers(problem, end) for end in each.ends]) for each in self._tangents]
-        self._whole = [bool(len(p) == self.size and (p == np.arange(self.size)).all()) for p in self._places]
-        self.symmetric = all(each.symmetric for each in self._tangents)
-        self.constant = all(each.constant for each in self._tangents)
+        self._all = [_Placed(each, problem) for each in (*forces, *following)]
+        self._acting = self._all
+        tangents = [each.tangent for each in self._all]
+        self.symmetric = all(each.symmetric for each in tangents)
+        self.constant = all(each.constant for each in tangents) and all(each.when == always for each in forces)
         self.shift: Vector | None = None
 
-    def update(self) -> None:
+    def update(self, clock: Clock) -> None:
         """Follows the present state; what does not depend on displacements is found at rest, whenever it is asked for.
 
         So it is the same to the bit in a run that is resumed.
@@ -55,8 +56,9 @@ class Stiffness:
         if self.constant:
             problem.u[...] = 0.0
         problem.give()
-        for each in self._tangents:
-            each.update()
+        self._acting = [each for each in self._all if each.relation.when(clock)]
+        for each in self._acting:
+            each.tangent.update()
         problem.u[...] = u
         problem.give()
 
@@ -66,27 +68,27 @@ class Stiffness:
             out.fill(0.0)
         else:
             np.multiply(self.shift, v, out=out)
-        for tangent, place, whole in zip(self._tangents, self._places, self._whole, strict=True):
-            if whole:
-                tangent.multiply(v, out)
+        for each in self._acting:
+            if each.whole:
+                each.tangent.multiply(v, out)
             else:
-                own = np.zeros(len(place))
-                tangent.multiply(v[place], own)
-                out[place] += own
+                own = np.zeros(len(each.place))
+                each.tangent.multiply(v[each.place], own)
+                out[each.place] += own
 
     def diagonal(self) -> Vector:
         """The diagonal of K."""
         out = np.zeros(self.size) if self.shift is None else self.shift.copy()
-        for tangent, place in zip(self._tangents, self._places, strict=True):
-            own = np.zeros(len(place))
-            tangent.diagonal(own)
-            out[place] += own
+        for each in self._acting:
+            own = np.zeros(len(each.place))
+            each.tangent.diagonal(own)
+            out[each.place] += own
         return out
 
     @property
     def nbytes(self) -> int:
         """Bytes of all tangents, as far as they tell."""
-        return sum(getattr(each, "nbytes", 0) for each in self._tangents)
+        return sum(getattr(each.tangent, "nbytes", 0) for each in self._all)
 
     def rigid_motions(self) -> NDArray[np.float64]:
         """(size, 1, 3 or 6) what translations and turns of the whole move, all parts as if in one system."""
@@ -104,19 +106,30 @@ class Stiffness:
     def matrix(self) -> csr_array:
         """K as compressed rows."""
         total = None
-        for tangent, place, whole in zip(self._tangents, self._places, self._whole, strict=True):
-            own = tangent.matrix()
-            own = own if whole else _embedded(own, place, self.size)
+        for each in self._acting:
+            own = each.tangent.matrix()
+            own = own if each.whole else _embedded(own, each.place, self.size)
             total = own if total is None else total + own
-        assert total is not None
+        if total is None:
+            total = csr_array((self.size, self.size))
         if self.shift is not None:
             total = total + dia_array((self.shift[None], [0]), shape=(self.size, self.size)).tocsr()
         return csr_array(total)
 
 
-def _numbers(problem: Problem, part: Any) -> NDArray[np.int64]:
-    place = problem.places[part]
-    return np.arange(place.start, place.stop)
+class _Placed:
+    """The tangent of a relation among all unknowns.
+
+    Attributes:
+        place: numbers of its unknowns.
+        whole: whether those are all, in order.
+    """
+
+    def __init__(self, relation: Any, problem: Problem) -> None:
+        self.relation, self.tangent = relation, relation.tangent()
+        ends = [problem.places[end] for end in self.tangent.ends]
+        self.place = np.concatenate([np.arange(each.start, each.stop) for each in ends])
+        self.whole = np.array_equal(self.place, np.arange(problem.size))
 
 
 def _embedded(own: csr_array, place: NDArray[np.int64], size: int) -> csr_array:

@@ -105,16 +105,19 @@ def _free_motion(positions: NDArray[np.float64], turns: NDArray[np.float64], hel
         if max(a, b) < dimension:
             turn = np.zeros(positions.shape)
             turn[:, a], turn[:, b] = -arms[:, b], arms[:, a]
-            if np.abs(turn).max() > RANK:  # one node, or nodes on the axis, do not turn
-                modes.append(turn)
-                names.append(f"turn about {name}" if dimension == 3 else "turn")
+            modes.append(turn)
+            names.append(f"turn about {name}" if dimension == 3 else "turn")
     if not held.any():
         return names[0]
     # components of a motion in the own axes of a part are held
     table = np.stack([np.einsum("nak,na->nk", turns, mode)[held] for mode in modes], axis=1)
-    values, vectors = np.linalg.eigh(table.T @ table)
+    # one node, or nodes on a line, do not turn in every way: only what moves some node counts
+    every = np.stack([mode.ravel() for mode in modes], axis=1)
+    sizes, moving = np.linalg.eigh(every.T @ every)
+    moving = moving[:, sizes > RANK * sizes[-1]]
+    values, vectors = np.linalg.eigh((table @ moving).T @ (table @ moving))
     if values[0] > RANK * max(values[-1], 1.0):
         return None
-    share = np.abs(vectors[:, 0])
+    share = np.abs(moving @ vectors[:, 0])
     turns_too = share[dimension:].max(initial=0.0) > RANK  # a turn about a pin moves the centre as well
     return names[dimension + int(np.argmax(share[dimension:]))] if turns_too else names[int(np.argmax(share))]

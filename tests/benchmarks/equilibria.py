@@ -50,7 +50,8 @@ def equilibrium(model: str, *shape: str) -> Figures:
     }
     v, out = np.random.default_rng(0).normal(size=K.size), np.zeros(K.size)
     K.matrix()
-    for name, work in (("update", K.update), ("matrix", K.matrix), ("product", lambda: K.multiply(v, out))):
+    works = {"update": lambda: K.update(analysis.clock), "matrix": K.matrix, "product": lambda: K.multiply(v, out)}
+    for name, work in works.items():
         for threads in sorted({1, numba.config.NUMBA_NUM_THREADS}):
             numba.set_num_threads(threads)
             figures[f"{name}_{threads}"] = min(_seconds(work) for _ in range(7))

@@ -99,6 +99,9 @@ def test_what_it_cannot_do_is_refused():
         Pressure(part, top(part), 1.0, normal=(0.0, 0.0))
     with pytest.raises(BadInput, match=r"area=-1 must be positive"):
         Pressure(part, top(part), 1.0, area=-1)
+    loose = rbs.Part("loose", rbs.Everywhere(), dimension=2).place(part.positions, part[rbs.volume], thickness=1.0)
+    with pytest.raises(BadInput, match="has no spacing that gives the area of a node: give area="):
+        Pressure(loose.connect(horizon=2.015 * SPACING), [0], 1.0, normal=(0.0, 1.0))
     thin = rbs.Part("row", rbs.Box([2.0, 0.25])).discretize(SPACING).connect(horizon=2.015 * SPACING)
     with pytest.raises(BadInput, match="lies in a plane or line"):
         Pressure(thin, top(thin), 1.0)

