@@ -104,6 +104,10 @@ class Newton(LoadSteps):
         super().restore(state)
         self._solver.slow = bool(state["slow"])
 
+    def begin(self, clock: Clock) -> None:
+        super().begin(clock)
+        self._solver.holds = any(host.bonds.has_broken for host in self._problem.hosts)
+
     @property
     def solved(self) -> dict[str, int]:
         """Names of the linear solvers, with how often each has solved."""

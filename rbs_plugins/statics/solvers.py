@@ -46,7 +46,7 @@ class LinearSolver:
 
     Attributes:
         holds: whether a factorisation holds every node a little, as bonds that have failed may leave some free in some
-            direction; an error of the solution that the next iteration takes away.
+            direction; the error of this is taken back as far as forces tell.
         used: names of the solvers that have been used, with how often.
         factorised: how often a matrix has been factorised.
         iterations: of the last solution.
@@ -70,6 +70,7 @@ class LinearSolver:
         self._gradients: Gradients | None = None
         self._factor: Any = None
         self.slow = False
+        self._exact: csr_array | None = None  # the factorised matrix, where nodes are held in its factors
         self._kept: NDArray[np.bool_] | None = None  # what was prescribed in the factorised matrix
 
     @property
@@ -180,6 +181,7 @@ class LinearSolver:
         if self._factor is None or self._kept is None or not np.array_equal(self._kept, fixed):
             make = _Pardiso if self._kind == "pardiso" else _SuperLU
             matrix = self._reduced(fixed)
+            self._exact = matrix if self.holds else None
             if self.holds:
                 matrix = csr_array(matrix + LITTLE * matrix.diagonal().max(initial=0.0) * eye_array(matrix.shape[0]))
             self._factor = _factorised(make, matrix, self._K.symmetric)
@@ -189,6 +191,8 @@ class LinearSolver:
         self.iterations = 1
         x = np.zeros(self._K.size)
         x[~fixed] = self._factor.solve(rhs[~fixed])
+        if self._exact is not None:
+            x[~fixed] += self._factor.solve(rhs[~fixed] - self._exact @ x[~fixed])
         if not np.isfinite(x).all():
             raise Singular("the factorised stiffness gives displacements that are not finite")
         return x

@@ -102,3 +102,20 @@ def test_wrong_names_and_wrong_solvers_are_refused():
         LinearSolver(Matrix(chain(9)), "mumps", 2, "somebody")
     with pytest.raises(BadInput, match="solver='cg' is for symmetric tangents"):
         LinearSolver(Matrix(chain(9), False), "cg", 2, "somebody").solve(np.ones(9), fixed_ends(9), 1e-9)
+
+
+@pytest.mark.parametrize("kind", ["auto", "direct"])
+def test_what_no_bond_holds_stays_where_it_is_if_asked_for(kind):
+    """As a node beside a crack that hangs on bonds of one direction does."""
+    n = 60
+    matrix = chain(n).tolil()
+    matrix[30, :] = matrix[:, 30] = 0.0
+    rhs = np.sin(np.arange(n))
+    rhs[30] = 0.0
+    solver = LinearSolver(Matrix(matrix), kind, 2, "somebody")
+    with pytest.raises(Singular):
+        solver.solve(rhs, fixed_ends(n), 1e-12)
+    solver.holds = True
+    x = solver.solve(rhs, fixed_ends(n), 1e-12)
+    assert x[30] == 0
+    assert (matrix.tocsr() @ x)[1:-1] == pytest.approx(rhs[1:-1], abs=1e-12)
