@@ -118,6 +118,14 @@ class Newton(LoadSteps):
         """Bytes of the tangents."""
         return self._K.nbytes if hasattr(self, "_K") else 0
 
+    def _check_supports(self) -> None:
+        if not self._K.grounded:
+            super()._check_supports()
+
+    def _hold_loose(self, goal: Vector) -> None:
+        if not self._K.grounded:
+            super()._hold_loose(goal)
+
     def _bonds_failed(self) -> None:
         self._known = False  # whether K is that of the bonds that there are
         self._solver.holds = any(host.bonds.has_broken for host in self._problem.hosts)

@@ -103,7 +103,10 @@ class Problem:
                 )
             strange = [part.name for part in (*each.parts, *adds) if part not in self.parts]
             if strange:
-                raise BadInput(f"{self._owner}: {each.label} acts on part '{strange[0]}', which is not among its parts")
+                raise BadInput(
+                    f"{self._owner}: {each.label} acts on part '{strange[0]}', which is not among its parts: add it, "
+                    "with all of its displacements prescribed if it is only led"
+                )
 
     def at_nodes(self, *fields: Field) -> Fields:
         """Fields of all parts, as a contract names them."""

@@ -24,6 +24,7 @@ class Stiffness:
         size: number of unknowns.
         symmetric: whether K is.
         constant: whether K is the same for all displacements.
+        grounded: whether one of the tangents pulls bodies back to their places.
         shift: (size,) what is added to the diagonal, N/m, e.g. masses over squared time steps; None for nothing.
 
     Raises:
@@ -45,6 +46,7 @@ class Stiffness:
         tangents = [each.tangent for each in self._all]
         self.symmetric = all(each.symmetric for each in tangents)
         self.constant = all(each.constant for each in tangents) and all(each.when == always for each in forces)
+        self.grounded = any(each.grounded for each in tangents)
         self.shift: Vector | None = None
 
     def update(self, clock: Clock) -> None:

@@ -24,11 +24,14 @@ class Tangent(ABC):
         ends: the parts whose displacements it takes.
         symmetric: whether K is symmetric, as that of forces that come from an energy.
         constant: whether K is known to be the same for all displacements, as long as the same bonds hold.
+        grounded: whether a body is pulled back to its place, as by springs to the ground: static solvers ask for no
+            supports then.
     """
 
     ends: tuple[Part, ...]
     symmetric: bool
     constant: bool = False
+    grounded: bool = False
 
     @abstractmethod
     def update(self) -> None:
