@@ -16,9 +16,10 @@ from typing import Any
 
 import numpy as np
 
-# Said aloud, since a function that does not is compiled with the liberties of its caller: then the pull of a bond would
-# differ by a rounding between its ends, and a criterion might break one direction alone.
+# A function that does not refuse the liberties of its caller is compiled with them: pulls of a bond would then differ
+# by a rounding between its ends, and a criterion might break one direction alone. None is called from Python.
 STRICTLY: dict[str, Any] = {"error_model": "numpy", "forceinline": True, "fastmath": False}
+STRICTLY |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 STRICT = f"@njit({', '.join(f'{name}={value!r}' for name, value in STRICTLY.items())})"
 # Before every name that a law takes from outside: a helper of the user must not replace a function of the loops.
 OWN = "own_"
