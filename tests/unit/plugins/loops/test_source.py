@@ -29,7 +29,7 @@ def run(function, *arguments, name="law"):
     pieces = definitions({name: function})
     assert pieces is not None, "no text"
     space = {"njit": lambda **_: lambda each: each}
-    exec(cache.HEAD.replace("from numba import njit, prange", ""), space)
+    exec(cache.HEAD.replace("from numba import njit", ""), space)
     exec("\n\n".join(pieces), space)
     return space[name](*arguments)
 
