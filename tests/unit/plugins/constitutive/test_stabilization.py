@@ -14,7 +14,9 @@ H = 1e-3
 
 
 def test_control_by_family_is_divided_by_the_volume_of_each_family(rng):
-    part = rbs.Part("plate", rbs.Box(size=(8 * H, 6 * H))).discretize(H, thickness=2e-3).connect(3.015 * H)
+    part = (
+        rbs.Part("plate", rbs.Box(size=(8 * H, 6 * H))).discretize(H, thickness=2e-3).connect(3.015 * H, storage="list")
+    )
     part[density] = 1000.0
     part[displacement] = 0.01 * H * rng.standard_normal((len(part), 2))
     energies = []
