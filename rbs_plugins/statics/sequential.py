@@ -117,6 +117,12 @@ class SequentiallyLinear(Statics):
                     f"{self.label}: {force.label} fails by {criterion!r}; only a CriticalStretch tells at which load a "
                     "bond fails: take that, or Newton"
                 )
+        for load in self._problem.loads:
+            if hasattr(load, "tangent"):
+                raise BadInput(
+                    f"{self.label}: {load.label} depends on displacements, so it is no multiple of what it is at rest: "
+                    "take a dead load, BoundaryDomain(force=...), or Newton"
+                )
         if not any(getattr(force, "fracture", None) for force in forces):
             raise BadInput(f"{self.label}: no force has a criterion, so that nothing can fail: give fracture=, or take "
                            "Newton")  # fmt: skip

@@ -7,7 +7,7 @@ import pytest
 
 import rbs_core as rbs
 from rbs_core import Analysis, BadInput
-from rbs_plugins import BondBased, BoundaryDomain, Criterion, CriticalStretch, Damage, ReactionForce
+from rbs_plugins import BondBased, BoundaryDomain, Criterion, CriticalStretch, Damage, Pressure, ReactionForce
 from rbs_plugins.fields import displacement, load_factor, reaction_force
 from rbs_plugins.statics.sequential import SequentiallyLinear
 
@@ -147,5 +147,8 @@ def test_what_it_cannot_do_is_refused():
     other = Criterion(lambda stretch, limit: stretch > limit, limit=1e-3)
     with pytest.raises(BadInput, match="only a CriticalStretch tells at which load"):
         SequentiallyLinear(part, BondBased(part, 1e9, other, linear=True), left)
+    pressure = Pressure(part, [59], 1.0, normal=(1.0, 0.0))
+    with pytest.raises(BadInput, match=r"Pressure 'strip' depends on displacements.*take a dead load"):
+        SequentiallyLinear(part, force, [left, pressure])
     with pytest.raises(BadInput, match="60 nodes that hang together can move along x"):
         run(part, SequentiallyLinear(part, force, []), steps=1)

@@ -119,3 +119,18 @@ def test_what_no_bond_holds_stays_where_it_is_if_asked_for(kind):
     x = solver.solve(rhs, fixed_ends(n), 1e-12)
     assert x[30] == 0
     assert (matrix.tocsr() @ x)[1:-1] == pytest.approx(rhs[1:-1], abs=1e-12)
+
+
+def test_random_numbers_of_multigrid_are_the_same_in_each_run_and_those_of_others_go_on():
+    from rbs_plugins.statics.multigrid import _same_random_numbers
+
+    np.random.seed(5)  # noqa: NPY002
+    expected = np.random.rand(2).tolist()  # noqa: NPY002
+    np.random.seed(5)  # noqa: NPY002
+    found, inside = [], []
+    for _ in range(2):
+        with _same_random_numbers():
+            inside.append(np.random.rand())  # noqa: NPY002
+        found.append(np.random.rand())  # noqa: NPY002
+    assert inside[0] == inside[1]
+    assert found == expected
