@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rbs_core import BadInput
 from rbs_core.part import Connection, Host
 from rbs_plugins.constitutive.fracture import CriticalStretch
 from rbs_plugins.constitutive.pairwise import PairwiseForce
@@ -14,6 +15,32 @@ from rbs_plugins.loops.joint import End
 from rbs_plugins.statics.problem import Problem, Vector
 
 ROUND_OFF = 1e-10  # stretches below this share of the largest are none
+
+
+def require_linear(problem: Problem, owner: str) -> None:
+    """Refuses forces and loads that are not linear, and criteria that are no critical stretch.
+
+    Raises:
+        BadInput: names the relation, and what to take.
+    """
+    for force in problem.given:
+        if not getattr(force, "linear", False):
+            raise BadInput(f"{owner}: {force.label} is not linear: make it with linear=True, or take Newton")
+        criterion = getattr(force, "fracture", None)
+        if criterion is not None and not isinstance(criterion, CriticalStretch):
+            raise BadInput(
+                f"{owner}: {force.label} fails by {criterion!r}; only a CriticalStretch tells at which load a "
+                "bond fails: take that, or Newton"
+            )
+    for load in problem.loads:
+        if hasattr(load, "tangent"):
+            raise BadInput(
+                f"{owner}: {load.label} depends on displacements, so it is no multiple of what it is at rest: "
+                "take a dead load, BoundaryDomain(force=...), or Newton"
+            )
+    if not any(getattr(force, "fracture", None) for force in problem.given):
+        raise BadInput(f"{owner}: no force has a criterion, so that nothing can fail: give fracture=, or take "
+                       "Newton")  # fmt: skip
 
 
 class BondLimits:

@@ -19,7 +19,7 @@ from rbs_plugins.constitutive.bond_based import BondBased
 from rbs_plugins.constitutive.fracture import CriticalStretch
 from rbs_plugins.constitutive.pairwise import PairwiseForce
 from rbs_plugins.fields import displacement, dissipation_density, intact, load_factor, volume
-from rbs_plugins.statics.bond_limits import BondLimits
+from rbs_plugins.statics.bond_limits import BondLimits, require_linear
 from rbs_plugins.statics.lowrank import Lowered
 from rbs_plugins.statics.problem import Problem, Vector, as_list, clock_at, first_part
 from rbs_plugins.statics.solvers import LinearSolver, Singular
@@ -101,31 +101,11 @@ class SequentiallyLinear(Statics):
         every: list[Any] = as_list(parts)
         super().__init__(first_part(type(self).__name__, every), when=when)
         self._problem = Problem(self.label, every, as_list(forces), as_list(boundaries))  # type: ignore[arg-type]
-        self._check(self._problem.given)
+        require_linear(self._problem, self.label)
         self.owns = self._problem.owned
         self.ties = ties
         self._failing: list[PairwiseForce] = [f for f in self._problem.given if getattr(f, "fracture", None)]  # type: ignore[misc]
         self.reset()
-
-    def _check(self, forces: Sequence[Relation]) -> None:
-        for force in forces:
-            if not getattr(force, "linear", False):
-                raise BadInput(f"{self.label}: {force.label} is not linear: make it with linear=True, or take Newton")
-            criterion = getattr(force, "fracture", None)
-            if criterion is not None and not isinstance(criterion, CriticalStretch):
-                raise BadInput(
-                    f"{self.label}: {force.label} fails by {criterion!r}; only a CriticalStretch tells at which load a "
-                    "bond fails: take that, or Newton"
-                )
-        for load in self._problem.loads:
-            if hasattr(load, "tangent"):
-                raise BadInput(
-                    f"{self.label}: {load.label} depends on displacements, so it is no multiple of what it is at rest: "
-                    "take a dead load, BoundaryDomain(force=...), or Newton"
-                )
-        if not any(getattr(force, "fracture", None) for force in forces):
-            raise BadInput(f"{self.label}: no force has a criterion, so that nothing can fail: give fracture=, or take "
-                           "Newton")  # fmt: skip
 
     @property
     def reads(self) -> Fields:  # type: ignore[override]
