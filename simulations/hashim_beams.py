@@ -51,7 +51,7 @@ from rbs_plugins import (
     read_table,
 )
 from rbs_plugins.constitutive.stress import hencky
-from rbs_plugins.fields import damage, displacement, stress, volume
+from rbs_plugins.fields import damage, deformation_gradient, displacement, stress, volume
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ def scene(
             statics,
             Damage(part),
             CSVExporter(part, columns, out / "history.csv"),
-            VTKHDFExporter(part, [displacement, stress, damage], out / "beam"),
+            VTKHDFExporter(part, [displacement, deformation_gradient, stress, damage], out / "beam"),
             PictureExporter(part, damage if fracture else displacement, out / "picture", when=rbs.last),
         ],
         dt=share / steps,

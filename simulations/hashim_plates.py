@@ -41,7 +41,7 @@ from rbs_plugins import (
     total,
 )
 from rbs_plugins.constitutive.stress import hencky
-from rbs_plugins.fields import damage, displacement, force_density, stress, volume
+from rbs_plugins.fields import damage, deformation_gradient, displacement, force_density, stress, volume
 
 NU = 0.33
 TRACTION = 200e6  # Pa
@@ -146,7 +146,7 @@ def scene(
     relations = [statics, Damage(plate), DamageTimes(plate)]
     fields = [displacement, damage, damaged_at]
     if model == "correspondence":
-        fields.append(stress)
+        fields += [deformation_gradient, stress]
     if len(grip):
         force = total(force_density, grip, component=letter, weights=volume, name="force")
         relations.append(CSVExporter(plate, [force], out / "history.csv"))
