@@ -163,7 +163,9 @@ class Newton(LoadSteps):
     def _is_round_off(self) -> bool:
         """True if what is not balanced is no more than what rounded positions make of it."""
         problem, free = self._problem, ~self._problem.fixed
-        size = max(np.abs(part.positions).max() for part in problem.parts) + np.abs(problem.u).max()
+        size = max(np.abs(part.positions).max() for part in problem.parts)
+        # what has run away is no excuse: displacements count up to the size of the bodies and of what is prescribed
+        size += min(np.abs(problem.u).max(), size + np.abs(problem.u[problem.fixed]).max(initial=0.0))
         least = np.finfo(np.float64).eps * size * float(np.linalg.norm(self._K.diagonal()[free]))
         return float(np.linalg.norm(self._rest[free])) <= least
 
