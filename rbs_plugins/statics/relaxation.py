@@ -99,6 +99,7 @@ class AdaptiveDynamicRelaxation(LoadSteps):
         super().reset()
         for body in getattr(self, "_bodies", {}).values():
             body.stop()
+        self._grounded: bool | None = None  # whether nothing was loose at first, but may break off
         self._factor = 1.0  # of the fictitious density, over the one at rest
         self._next = (0.0, 0.5)  # what of the velocity to keep, and the push of the forces
         self._level_time = math.nan  # of the loads that are searched an equilibrium for
@@ -117,7 +118,6 @@ class AdaptiveDynamicRelaxation(LoadSteps):
         self._least = {part: SAFETY * 0.25 * bound for part, bound in bounds.items()}
         self._steady = [each for each in problem.loads if isinstance(each, BoundaryDomain)]
         self._others = [each for each in problem.loads if each not in self._steady]
-        self._grounded: bool | None = None
 
     def _weigh(self) -> None:
         for part, body in self._bodies.items():

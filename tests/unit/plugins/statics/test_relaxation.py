@@ -101,6 +101,20 @@ def test_bonds_that_fail_are_counted_in_both_directions(storage):
     assert before - solver._problem.holding() == 2 * 3
 
 
+@pytest.mark.parametrize("pieces", [(4,), (2, 4)])
+def test_what_breaks_off_stays_also_in_a_run_that_goes_on(pieces):
+    part = rbs.Part("bar", rbs.Box.between(0.0, 1.2)).discretize(0.1, area=1e-4)
+    clamp = BoundaryDomain(part, part.extend("clamp", "-x", 0.2), displacement=0.0)
+    part.connect(0.2)
+    weak = CriticalStretch(1e-3, within=rbs.Box.between(0.25, 0.65))
+    load = BoundaryDomain(part, part.positions[:, 0] > 0.9, body_force=lambda time: 6e6 * time)
+    solver = AdaptiveDynamicRelaxation(part, BondBased(part, E, weak), [clamp, load])
+    analysis = rbs.Analysis([solver], dt=0.25)
+    for steps in pieces:
+        analysis.run(steps=steps, progress=False)
+    assert [each.broken for each in solver.history] == [0, 0, 0, 14, 0]
+
+
 def test_a_lattice_and_dynamics_that_have_died_down_agree_with_it():
     part, force, ends = plate("lattice", 6)
     relaxed(part, force, ends, tolerance=1e-9)
