@@ -32,7 +32,7 @@ class Iterations:
         time: for which loads, s.
         residuals: unbalanced force over internal force behind each iteration, or behind some of them.
         converged: whether it ended in an equilibrium.
-        broken: directed bonds that failed in it.
+        broken: directed bonds that failed in it; they hold again if the step has been given up behind it.
         seconds: wall time.
         count: number of iterations.
     """

@@ -49,11 +49,11 @@ class Newton(LoadSteps):
             Displacements and bonds are those of the last equilibrium then, and nothing behind this has been done.
 
     A step of the clock is a load step: loads and prescribed displacements are those of its end. In one where no
-    equilibrium is found, steps in between are taken. Bonds do not fail, and internal states do not advance, while an
-    equilibrium is searched; where bonds fail in it, equilibrium is found again at the same load until none does. A
-    piece that has broken off from all supports stays where it is, and so does a node in a direction in which no bond
-    is left to hold it. The residual counts reactions in its norm, which is how Hashim (2021) must have done it to print
-    his tables 5.2 to 5.4.
+    equilibrium is found, everything is as before, and steps in between are taken. Bonds do not fail, and internal
+    states do not advance, while an equilibrium is searched; where bonds fail in it, equilibrium is found again at the
+    same load until none does. A piece that has broken off from all supports stays where it is, and so does a node in a
+    direction in which no bond is left to hold it. The residual counts reactions in its norm, which is how Hashim (2021)
+    must have done it to print his tables 5.2 to 5.4.
     """
 
     def __init__(
