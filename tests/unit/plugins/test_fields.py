@@ -8,7 +8,7 @@ from rbs_plugins import fields
 
 def test_every_field_of_the_module_is_in_the_vocabulary():
     declared = {name: value for name, value in vars(fields).items() if isinstance(value, rbs.Field)}
-    kernel = {"intact", "reference_position", "volume"}
+    kernel = {"intact", "is_fictitious", "reference_position", "volume"}
     assert set(declared) - kernel == {field.name for field in fields.VOCABULARY}
     assert all(name == field.name for name, field in declared.items())
     assert set(fields.__all__) == {*declared, "VOCABULARY"}
