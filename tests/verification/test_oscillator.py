@@ -69,7 +69,7 @@ def test_the_discrete_frequency_is_not_the_true_one():
 
 
 def test_centre_of_mass_rests():
-    """The forces of both ends differ by a rounding; what that leaves in the velocity of the centre adds up in its way."""
+    """The forces of both ends differ by a rounding; what it leaves in the velocity of the centre adds up in its way."""
     steps, phase = 500, 0.5
     u, v, amplitude = swing(phase, steps)
     rounding = np.sqrt(steps) * 4e-16 * phase  # of velocities that steps change by the share `phase`
