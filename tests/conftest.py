@@ -27,50 +27,35 @@ FLAGS = {"verify": "run long physics", "bench": "run measurements of speed"}
 # With --verify only: tests whose loops take long to compile, and that look at more kinds of what others look at.
 LONGER = re.compile(
     r"""
-    test_correspondence_suite\.py
+    test_(correspondence_suite|strength|crossing|surface|plane_waves|fracture_energy)\.py
+    | test_(recipe_vectorised|loop_together|drive|lattice_(agrees|skips|changes))\.py
+    | test_functions\.py::test_a_law
     | test_correspondence\.py::test_(softened_bonds|a_law_of_ones_own|bonds_that_soften)
     | test_correspondence_hold\.py::test_nothing_moves_on\[1
     | test_stabilization\.py::test_control_by_family
     | tangents/test_ordinary\.py::test_(another_material|parts_that_are)
     | tangents/test_pairwise\.py::test_a_law_that_asks\S*its_slope
     | test_cases\.py::test_particles_as_parts
-    | test_crossing\.py::test_sections\S*3-lattice-Ordinary
     | test_pairwise\.py::test_forces_and\S*3-grid-linear
     | test_pairwise_by_hand\.py::test_(quadrature_of_a_kink|stable_step_takes)
-    | test_surface\.py::test_energy_in_the_bulk
     | test_ordinary\.py::test_(any_strain\S*\[(3-D|strain)|a_criterion_may)
-    | test_loop_together\.py::test_energies
-    | test_lattice_changes\.py::test_what_a
-    | test_lattice_skips\.py::test_threads_leave\S*next
     | test_solids\.py::test_nooru_mohamed_coarse
     | test_documents\.py::test_code_runs\S*howto_(write_a_law|several_parts)
     | test_command_sessions\.py::test_a_session\[(interrupted|help)
     | test_run_process\.py::test_(exit_codes|list_and|quiet)
     | test_correspondence\.py::test_(strain_and_stress_break|checkerboard|plastic_strains|nodes_that_lose|bar_yields)
     | test_correspondence\.py::test_uniform_deformation_is_exact\[(1|3|2-(stress|strain)-lattice)
-    | test_surface\.py::test_(threads_and|single_precision|forces_are|axis|who_asks)
-    | test_surface\.py::test_list_and_lattice_agree\[(1|3|2)
     | test_dilatation\.py::test_the_trace\S*\[(linear|conical|inverse_fourth|hyperbolic|exponential)
     | test_ordinary\.py::test_(growth\S*\[3|the_bond_based\S*\[3|the_energy_balance\S*\[0\.3)
     | test_pairwise\.py::test_(stable_step\S*\[[13]|breaking\S*\[[13]|forces_and\S*\[(1|3-jittered|2-grid-none))
     | test_pairwise_by_hand\.py::test_quadrature\S*\[exponential
     | test_fracture\.py::test_the_energy_balance\S*\[both-next
     | test_lattice\.py::test_both_representations_agree\[(partial|late|no-fail|fields|everything-3)
-    | test_lattice_agrees\.py::test_forces\S*\[(more\ than|steps\ longer|two\ forces|time|table|one\ cell|horizon)
-    | test_lattice_agrees\.py::test_forces\S*\[(at\ once,\ several|energy\ by)
-    | test_lattice_agrees\.py::test_forces\S*\[(no-fail|partial|fields|\S.*[13]-D\])
-    | test_lattice_changes\.py::test_what_a\S*\[(False|True-[cv])
-    | test_lattice_skips\.py::test_(skipping|cells)
-    | test_lattice_skips\.py::test_laws\S*(its\ law\ is|its\ criterion\ depends)
     | test_loop_plain\.py::\S*\[(one\ lattice|several)
-    | test_loop_together\.py::test_(energies|only|many\S*\[next\ step)\S*lattice
     | test_failure\.py::test_(mean_energy|secant|work_of|energies)
-    | test_functions\.py::test_a_law\S*\[(saturating-(double|lattice)|softening-(single|list))
     | test_strain\.py::test_affine\S*\[(constant-1-[gjs]|constant-3-[gjs]|conical-[13]|conical-2-[gs])
     | test_stress\.py::test_it_is_the_sum\S*\[(1|3|2-grid)
     | test_stress\.py::test_in_a_uniform\S*\[(1|2-Bond\S*list|2-Ord\S*list|3-Ord)
-    | test_crossing\.py::test_sections\S*\[(1-lattice|3-grid|1\S*[24]\]|3\S*Bond|\S*[13]\])
-    | test_crossing\.py::test_all_moments\S*\[(grid|jittered\S*[13]\]|lattice\S*[12]\])
     | test_separation\.py::test_quadrature\S*\[3
     | test_corrections\.py::test_shares\S*\[3-0\.0001-[01]
     | test_contact\.py::test_an_elastic\S*\[[13]
@@ -81,14 +66,10 @@ LONGER = re.compile(
     | test_statics\.py::test_(three_point_bending|sarego_moduli)_coarse
     | test_threads\.py::test_one_two_and_four
     | test_solids\.py::test_(semicircular_bend_coarse|diagonal|sarego|nooru_mohamed_coarse\[(bond|nodal))
-    | test_plane_waves\.py::test_frequency.*correspondence
     | test_cases\.py::test_plate_with_crack_coarse  # the plate itself runs at full size in CI
     | test_plugin_package\.py::test_granite  # so does the own test of the package
-    | test_recipe_vectorised\.py::test_(the_force_loop_takes|by_newton.*user|the_widest\S*lattice|single\S*\[[13])
     | test_recipe_linear\.py::test_(forces\S*(list|solid)|list\S*solid|the_energy)
     | test_command_sessions\.py::test_a_session\[(wrong|run_and|failing)
-    | test_fracture_energy\.py::test_(it_comes|secant|mean|\w+\[.*3-D)
-    | test_fracture_energy\.py::test_\w+\[(.*(inverse|1/3|0\.45|strain)|ordinary,\ 1-D|bond-based,.*(1-D-|s-None))
     | test_memory\.py::test_(each_part|a_scene\S*(single|False|True-list|True-lattice-[12]))
     | test_bars\.py::test_aluminium_bar_coarse\[correspondence
     | test_documents\.py::test_code_runs\S*explain_extremes
