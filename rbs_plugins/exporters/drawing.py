@@ -70,7 +70,7 @@ def draw(sketch: Sketch) -> NDArray[np.uint8]:
             scalars=np.array(sketch.values),
             clim=sketch.limits,
             cmap=sketch.colors,
-            point_size=_point_size(sketch),
+            point_size=np.ceil(_point_size(sketch)),  # whole pixels: rounding leaves specks between nodes otherwise
             render_points_as_spheres=False,
             lighting=False,
             show_scalar_bar=False,
